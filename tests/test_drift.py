@@ -12,7 +12,8 @@ from command import caller
 from drift_twins import Twin
 from stribeck import InputError, drift
 from stribeck.fleet.drift_report import change, summary
-from stribeck.fleet.fleet_table import FILE, FOLDER, SCHEMA, VERSION
+from stribeck.fleet.fleet_table import FILE, FOLDER
+from stribeck.fleet.table_columns import SCHEMA, VERSION
 
 START = dt.datetime(2026, 1, 5)  # noqa: DTZ001 - as the table has it
 ROW: dict[str, Any] = {

@@ -17,8 +17,9 @@ from fleet_logs import TRUE, force_log, simulated_fleet
 from stribeck import InputError, fleet, identify
 from stribeck.fleet.axis_job import AxisRecord, axis_jobs
 from stribeck.fleet.fleet_progress import FleetProgress
-from stribeck.fleet.fleet_table import COLUMNS, VERSION, read_table
+from stribeck.fleet.fleet_table import read_table
 from stribeck.fleet.manifest import read_manifest
+from stribeck.fleet.table_columns import COLUMNS, VERSION
 
 AXES, BAD = 12, 2
 

@@ -47,6 +47,8 @@ def exists(file: Path, schema: DatabaseSchema) -> bool:
             raise InputError(f"{file}: is a folder, not a store: name a file")
         if not file.exists():
             return False
+        if not file.is_file():  # a pipe would be waited for
+            raise InputError(f"{file}: is no regular file: take another --out")
         with file.open("rb") as opened:
             head = opened.read(100)
     except OSError as error:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from ..errors import InputError
-from .database import DatabaseSchema, connect, exists, make, plainly, transaction
+from .database import DatabaseSchema, connect, damaged, exists, make, plainly, transaction
 from .lock import Owner, alive
 from .work_item import WorkItem
 
@@ -186,7 +186,21 @@ class JobStore(Generic[J, Outcome]):
                 (position,),
             )
             self._db.execute("INSERT INTO claims VALUES (?, ?)", (key, self._owner.name))
-        return self._parsed(text)
+        return self._whole_job(key, text)
+
+    def _whole_job(self, key: str, text: str) -> J:
+        """A job as it was added.
+
+        Raises:
+            InputError: its row was changed by hand.
+        """
+        try:
+            job = self._parsed(text)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise InputError(damaged(self.file, f"a job cannot be read: {error!r}")) from error
+        if job.key != key:
+            raise InputError(damaged(self.file, f"job {key} is not what it was"))
+        return job
 
     def _finish(self, key: str) -> None:
         """A job has a record: nobody waits for it."""

@@ -77,9 +77,11 @@ def drift(
 
 
 def _date(text: str | None) -> dt.datetime | None:
+    from ..fleet.manifest_row import as_compared
+
     if text is None:
         return None
     try:
-        return dt.datetime.fromisoformat(text)
+        return as_compared(dt.datetime.fromisoformat(text))
     except ValueError as error:
         raise InputError(f"--since {text!r}: write 2026-01-31 or 2026-01-31T08:00") from error

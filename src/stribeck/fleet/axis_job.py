@@ -13,17 +13,20 @@ from typing import Any, Literal, Self
 from ..data.readers.log_path import LogPath
 from ..errors import InputError
 from .manifest import Manifest, rig_path, stated_table
+from .manifest_row import ManifestRow
+from .row_pattern import found_paths
 
 #: The module whose `record_text` runs these jobs.
 RUNNER = "stribeck.fleet.axis_run"
 _WILD = frozenset("*?")
+_STATUSES = ("done", "refused", "failed")
 
 
 def axis_jobs(manifest: Manifest) -> Iterator[AxisJob]:
     """The jobs of a manifest, in its order.
 
     Raises:
-        InputError: a map of columns or a drive cannot be read.
+        InputError: a map of columns or a drive cannot be read, or no log can be called so.
     """
     folder, tables = manifest.folder, dict[str, Any]()
 
@@ -39,7 +42,7 @@ def axis_jobs(manifest: Manifest) -> Iterator[AxisJob]:
         rig = rig_path(row.rig, folder)
         yield AxisJob(
             row=stated,
-            logs=tuple(map(_known, _logs(row.log, folder))),
+            logs=tuple(map(_known, _logs_of(row, folder))),
             rig=_known(rig) if rig != row.rig else (rig, None, None),
             columns=table("columns", row.columns),
             drive=table("drive", row.drive),
@@ -148,9 +151,23 @@ class AxisRecord:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """The record whose `text` this is."""
+        """The record whose `text` this is.
+
+        Raises:
+            ValueError: it is none; also TypeError and KeyError.
+        """
         fields = json.loads(text)
-        return cls(**{**fields, "job": AxisJob.parse(fields["job"])})
+        record = cls(**{**fields, "job": AxisJob.parse(fields["job"])})
+        if record.status not in _STATUSES or (record.status == "done") is (record.card is None):
+            raise ValueError(f"no record has status {record.status!r} and card {record.card!r:.20}")
+        return record
+
+
+def _logs_of(row: ManifestRow, folder: Path) -> list[str]:
+    try:
+        return _logs(row.log, folder)
+    except InputError as error:
+        raise InputError(f"axis {row.axis}: {error}") from error
 
 
 def _logs(log: str, folder: Path) -> list[str]:
@@ -166,7 +183,7 @@ def _logs(log: str, folder: Path) -> list[str]:
         if pattern.is_absolute()
         else (folder, pattern)
     )
-    return sorted(f"{path.absolute()}{window}" for path in root.glob(str(relative)))
+    return sorted(f"{path.absolute()}{window}" for path in found_paths(root, str(relative)))
 
 
 def _absolute(log: str, folder: Path) -> str:

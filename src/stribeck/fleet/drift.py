@@ -21,12 +21,16 @@ from ..wording import option
 from .drift_verdict import Drift, DriftAlarm, ParameterDrift
 from .fleet_table import read_table
 from .like_motion import FACTOR, SAME, kinds
+from .manifest_row import as_compared
+from .table_check import checked
 
 #: Logs of one kind that it takes before the next can be compared.
 _BEFORE = 3
 #: Charts of a parameter: CUSUM and EWMA.
 _CHARTS = 2
 _YEAR = dt.timedelta(days=365.25)
+#: Estimates from one false alarm of a chart to the next up to which limits can be computed.
+_LONGEST = 1e9
 #: Within so many logs on average a detectable step is found.
 _WITHIN = 3.0
 _VERDICTS = ("identified", "weak")
@@ -65,9 +69,11 @@ def drift(
         raise InputError(f"{option('false_alarms')}: give a number above 0, got {false_alarms:g}")
     if not 1.0 <= like < float("inf"):
         raise InputError(f"{option('like')}: give a factor of at least 1, got {like:g}")
-    if isinstance(since, dt.date) and not isinstance(since, dt.datetime):
+    if isinstance(since, dt.datetime):
+        since = as_compared(since)
+    elif since is not None:
         since = dt.datetime(since.year, since.month, since.day)  # noqa: DTZ001 - as the table has it
-    frame = table if isinstance(table, pl.DataFrame) else read_table(Path(table))
+    frame = checked(table) if isinstance(table, pl.DataFrame) else read_table(Path(table))
     wanted = _VERDICTS if weak else _VERDICTS[:1]
     ordered = frame.filter(pl.col("status") == "done").sort("machine", "axis", "when", "log")
     axes = ordered.partition_by("machine", "axis", maintain_order=True)
@@ -88,7 +94,13 @@ def _axis(
     charted = [comparison for comparison in comparisons if comparison.fit_for_a_chart]
     if charted:
         logs = max(comparison.logs_per_year for comparison in charted)
-        limits = Limits.of(logs * _CHARTS * len(charted) / false_alarms)
+        estimates = logs * _CHARTS * len(charted)  # a year, of all charts
+        if estimates / false_alarms > _LONGEST:
+            raise InputError(
+                f"{option('false_alarms')}: no limits are so wide: give at least "
+                f"{estimates / _LONGEST:.1g}"
+            )
+        limits = Limits.of(estimates / false_alarms)
     for comparison in comparisons:
         yield comparison.charted(limits) if comparison in charted else comparison.undecided()
 

@@ -33,7 +33,7 @@ _ORDER = """
 SELECT j.key FROM wanted w JOIN jobs j ON j.key = w.key
 ORDER BY j.machine, substr(j."when", 1, 7), j.axis, j."when", j.key"""
 _OUTCOME = """
-SELECT j.text, r.text, f.message FROM jobs j LEFT JOIN records r ON r.job = j.key
+SELECT j.text, r.status, r.text, f.message FROM jobs j LEFT JOIN records r ON r.job = j.key
 LEFT JOIN failures f ON f.job = j.key WHERE j.key = ?"""
 _COUNTS = """
 SELECT r.status, count(*) FROM wanted w JOIN records r ON r.job = w.key GROUP BY r.status"""
@@ -74,15 +74,26 @@ class FleetStore(JobStore[AxisJob, AxisRecord]):
         """What became of the wanted jobs, in the order of the table; those still open left out."""
         with plainly(self.file):
             for key in self._db.execute(_ORDER).fetchall():
-                job, record, message = self._db.execute(_OUTCOME, key).fetchone()
-                try:
-                    if record is not None:
-                        yield AxisRecord.parse(record)
-                    elif message is not None:
-                        yield AxisRecord(AxisJob.parse(job), "failed", message)
-                except (ValueError, TypeError, KeyError) as error:  # changed by hand
-                    line = f"a record cannot be read: {error}"
-                    raise InputError(damaged(self.file, line)) from error
+                text, status, record, message = self._db.execute(_OUTCOME, key).fetchone()
+                if record is None and message is None:
+                    continue
+                job = self._whole_job(key[0], text)
+                yield job.failed(message) if record is None else self._whole(job, status, record)
+
+    def _whole(self, job: AxisJob, status: str, text: str) -> AxisRecord:
+        """The record of a job.
+
+        Raises:
+            InputError: its row was changed by hand.
+        """
+        try:
+            record = job.done(text)
+        except (ValueError, TypeError, KeyError) as error:
+            raise InputError(damaged(self.file, f"a record cannot be read: {error}")) from error
+        if record.status != status:
+            words = f"a record says {record.status}, its row {status}"
+            raise InputError(damaged(self.file, words))
+        return record
 
     def counts(self) -> dict[str, int]:
         """How many of the wanted jobs are done, and how many refused."""

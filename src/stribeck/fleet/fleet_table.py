@@ -8,81 +8,24 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
 import polars as pl
 
 from ..errors import InputError
 from ..report.folder import replace_tree
 from .axis_job import AxisRecord
+from .table_check import GREATEST, checked
+from .table_columns import COLUMNS, PATH_COLUMNS, SCHEMA, VERSION
 
-#: The version of the columns: a column that is added leaves it as it is.
-VERSION = "stribeck-fleet/1"
 #: The table's folder, and its file in each partition.
 FOLDER, FILE = "table", "axes.parquet"
 #: The month of what has no time.
 UNDATED = "undated"
-
-
-@dataclass(frozen=True)
-class TableColumn:
-    """A column of the table.
-
-    Args:
-        dtype: Its type.
-        doc: What it says.
-    """
-
-    dtype: pl.DataType
-    doc: str
-
-
-_TEXT, _NUMBER = pl.String(), pl.Float64()
-#: The columns in their order; `machine` and `month` are in the paths of the partitions.
-COLUMNS = {
-    "machine": TableColumn(_TEXT, "machine, as in the manifest"),
-    "month": TableColumn(_TEXT, "month of `when`: 2026-01, or undated"),
-    "axis": TableColumn(_TEXT, "axis, as in the manifest"),
-    "when": TableColumn(pl.Datetime("us"), "time, as in the manifest; UTC where that has a zone"),
-    "parameter": TableColumn(_TEXT, "its name, as the rig shows it; null of a refused axis"),
-    "value": TableColumn(_NUMBER, "estimate"),
-    "low": TableColumn(_NUMBER, "lower end of its 95 % interval; null of a fixed parameter"),
-    "high": TableColumn(_NUMBER, "upper end"),
-    "unit": TableColumn(_TEXT, "of value, low, high and standard_error"),
-    "verdict": TableColumn(_TEXT, "identified, weak, not identifiable or fixed"),
-    "verdict_reason": TableColumn(_TEXT, "why it is not identified"),
-    "borderline": TableColumn(pl.Boolean(), "whether another log may have the other verdict"),
-    "conditions": TableColumn(_TEXT, "conditions that do not hold for it, between semicolons"),
-    "standard_error": TableColumn(_NUMBER, "of the estimate"),
-    "status": TableColumn(_TEXT, "done, refused (not to be used so) or failed (tried again)"),
-    "reason": TableColumn(_TEXT, "why it is not done"),
-    "law": TableColumn(_TEXT, "friction law"),
-    "rig": TableColumn(_TEXT, "rig, as in the manifest"),
-    "error_name": TableColumn(_TEXT, "misfit on the training data: its name"),
-    "error": TableColumn(_NUMBER, "its value"),
-    "error_unit": TableColumn(_TEXT, "its unit"),
-    "holdout_error": TableColumn(_NUMBER, "the greatest misfit on what was held out"),
-    "log": TableColumn(_TEXT, "log or logs, as in the manifest"),
-    "joint": TableColumn(_TEXT, "joint of the log"),
-    "temperature": TableColumn(_NUMBER, "°C, as in the manifest"),
-    "load": TableColumn(_TEXT, "load, as in the manifest"),
-    "speed_low": TableColumn(_NUMBER, "speed that a tenth of the motion is below, SI"),
-    "speed_median": TableColumn(_NUMBER, "speed that half of the motion is below, SI"),
-    "speed_high": TableColumn(_NUMBER, "speed that nine tenths of the motion are below, SI"),
-    "travel": TableColumn(_NUMBER, "from least to greatest position, SI"),
-    "data_hash": TableColumn(_TEXT, "SHA-256 of the logs' bytes; of several, of their hashes"),
-    "setup_hash": TableColumn(_TEXT, "digest of the rig's constants, columns and drive"),
-    "version": TableColumn(_TEXT, "of stribeck"),
-    "seconds": TableColumn(_NUMBER, "reading and identifying took: the only column "
-                      "that another run changes"),
-    "schema": TableColumn(_TEXT, "version of these columns"),
-}  # fmt: skip
-SCHEMA = {name: column.dtype for name, column in COLUMNS.items()}
 
 
 def table_rows(record: AxisRecord) -> Iterator[dict[str, Any]]:
@@ -122,6 +65,8 @@ def table_rows(record: AxisRecord) -> Iterator[dict[str, Any]]:
         "setup_hash": _digest({n: card.get(n) for n in ("constants", "columns", "drive", "axis")}),
         "version": card["software"]["stribeck"],
     }
+    if not card["parameters"]:
+        raise ValueError("a card without parameters")
     for name, parameter in card["parameters"].items():
         yield {
             **shared,
@@ -154,10 +99,31 @@ def _digest(value: Any) -> str:
 
 
 def frame_of(records: Iterable[AxisRecord]) -> pl.DataFrame:
-    """The table of records, all columns in it."""
+    """The table of records, all columns in it; a number that is infinite or none is left out."""
     rows = [row for record in records for row in table_rows(record)]
     texts = pl.DataFrame(rows, schema={**SCHEMA, "when": pl.String()})
-    return texts.with_columns(pl.col("when").str.to_datetime(time_unit="us"))
+    numbers = pl.col(pl.Float64)
+    return texts.with_columns(
+        pl.col("when").str.to_datetime(time_unit="us"),
+        pl.when(numbers.abs() < GREATEST).then(numbers),
+    )
+
+
+def _stored_frame(records: Sequence[AxisRecord], folder: Path) -> pl.DataFrame:
+    """The same of records that were kept.
+
+    Raises:
+        InputError: one of them was changed by hand.
+    """
+    try:
+        return checked(frame_of(records))
+    except (KeyError, TypeError, ValueError, AttributeError, pl.exceptions.PolarsError) as error:
+        line = (str(error).splitlines() or [""])[0]
+        machine, axis, when = records[0].job.labels
+        raise InputError(
+            f"{folder}: the records of {machine} from {axis} {when} on are damaged ({line:.200}): "
+            "restore a copy of the store or take another --out"
+        ) from error
 
 
 def write_table(records: Iterable[AxisRecord], folder: Path) -> None:
@@ -178,7 +144,9 @@ def write_table(records: Iterable[AxisRecord], folder: Path) -> None:
         for (machine, month), group in groupby(records, partition):
             path = place / f"machine={quote(machine, safe=' ')}" / f"month={month}"
             path.mkdir(parents=True)
-            frame_of(group).drop("machine", "month").write_parquet(path / FILE)
+            frame = _stored_frame(list(group), folder).drop(PATH_COLUMNS)
+            with (path / FILE).open("wb") as file:  # whose errors are the disk's
+                frame.write_parquet(file)
 
     replace_tree(folder, FOLDER, write)
 
@@ -187,25 +155,32 @@ def read_table(folder: Path) -> pl.DataFrame:
     """The table of a fleet's folder, or of the table's own.
 
     Raises:
-        InputError: there is none, or it is of another version.
+        InputError: there is none, it is of another version, or it is damaged: which file, and how.
     """
     place = folder / FOLDER if (folder / FOLDER).is_dir() else folder
     files = sorted(place.glob(f"machine=*/month=*/{FILE}"))
     if not files:
         raise InputError(f"{folder}: there is no table: make one with `fleet MANIFEST --out DIR`")
+    return pl.concat([_partition(file) for file in files])
+
+
+def _partition(file: Path) -> pl.DataFrame:
+    """The rows of one file, with the columns that its path holds.
+
+    Every file is read by itself: what stands in the path above the table is then no partition,
+    and a file that is empty does not go unseen.
+    """
+    machine, month = (unquote(p.name.partition("=")[2]) for p in (file.parents[1], file.parent))
     try:
-        frame = pl.read_parquet(
-            place / "machine=*" / "month=*" / FILE,
-            hive_partitioning=True,
-            hive_schema={"machine": pl.String(), "month": pl.String()},
+        frame = pl.read_parquet(file, hive_partitioning=False, glob=False)
+        texts = {"machine": pl.lit(machine), "month": pl.lit(month)}
+        return checked(frame.drop(PATH_COLUMNS, strict=False)).select(
+            *(texts[name].alias(name) if name in texts else pl.col(name) for name in COLUMNS)
         )
-        versions = frame["schema"].unique().to_list()
-        if versions != [VERSION]:
-            raise InputError(
-                f"{folder}: its table is {versions[0]!s:.40}: this program reads {VERSION}"
-            )
-        return frame.select(*COLUMNS)
-    except (pl.exceptions.PolarsError, OSError) as error:
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from error
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError) as error:
+        line = (str(error).splitlines() or [type(error).__name__])[0]
         raise InputError(
-            f"{folder}: its table cannot be read: {str(error).splitlines()[0]:.200}"
+            f"{file}: cannot be read ({line:.200}): the command that wrote it writes it anew"
         ) from error

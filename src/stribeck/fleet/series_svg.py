@@ -17,6 +17,8 @@ from .drift_verdict import ParameterDrift
 _POINTS, _SPARK, _WIDE, _HIGH, _STRIP = 60, (120, 26), 690, 190, 70
 _LEFT, _RIGHT, _PAD = 56, 8, 8
 
+_EPOCH = dt.datetime(1970, 1, 1)  # noqa: DTZ001 - as the table has times
+
 Scale = Callable[[float], float]
 
 
@@ -52,7 +54,7 @@ def drift_picture(p: ParameterDrift) -> Markup:
     What is compared is filled; a chart stands between its limits.
     """
     rows = p.rows.filter(p.rows["when"].is_not_null())
-    times = [when.timestamp() for when in rows["when"]]
+    times = [_seconds(when) for when in rows["when"]]
     value, low, high = (rows[n].cast(float).to_numpy() for n in ("value", "low", "high"))
     low, high = (np.where(np.isfinite(a), a, value) for a in (low, high))
     across = _scale(min(times), max(times), _LEFT + 6.0, _WIDE - _RIGHT - 6.0)
@@ -65,8 +67,8 @@ def drift_picture(p: ParameterDrift) -> Markup:
     parts = [*_axis(up, least, most, unit_label(p.unit)), *_dates(across, min(times), max(times))]
     for alarm in p.alarms:
         if alarm.since is not None:
-            parts.append(_vertical(across(alarm.since.timestamp()), 0.0, _HIGH - 18.0, "rule"))
-        at = across(alarm.when.timestamp())
+            parts.append(_vertical(across(_seconds(alarm.since)), 0.0, _HIGH - 18.0, "rule"))
+        at = across(_seconds(alarm.when))
         parts.append(_vertical(at, 0.0, _HIGH + _STRIP + 0.0, "alarm"))
     for t, v, bottom, top, log in zip(times, value, low, high, rows["log"], strict=True):
         x, kind = across(t), "dot" if log in compared else "out"
@@ -74,7 +76,7 @@ def drift_picture(p: ParameterDrift) -> Markup:
         parts.append(_vertical(x, y[1], y[2], "bar"))
         parts.append(f'<circle class="{kind}" cx="{x:.1f}" cy="{y[0]:.1f}" r="3"/>')
     if p.chart is not None:
-        strip = [across(when.timestamp()) for when in p.compared["when"]]
+        strip = [across(_seconds(when)) for when in p.compared["when"]]
         parts += _charts(p, strip)
     height = _HIGH + (_STRIP if p.chart is not None else 0)
     alarms = f"; alarms on {', '.join(f'{a.when:%Y-%m-%d}' for a in p.alarms)}" * bool(p.alarms)
@@ -122,9 +124,14 @@ def _dates(across: Scale, first: float, last: float) -> list[str]:
     for share, anchor in ((0.0, "start"), (0.5, "middle"), (1.0, "end")):
         t = first + share * (last - first)
         x = across(t) + (60.0 if share == 0.0 else 0.0)
-        day = dt.datetime.fromtimestamp(t).date()  # noqa: DTZ006 - as the table has it
+        day = (_EPOCH + dt.timedelta(seconds=round(t))).date()
         texts.append(f'<text x="{x:.1f}" y="{_HIGH - 4}" text-anchor="{anchor}">{day}</text>')
     return texts
+
+
+def _seconds(when: dt.datetime) -> float:
+    """A time of the table on the axis of times, whatever zone and summer time are here."""
+    return (when - _EPOCH).total_seconds()
 
 
 def _vertical(x: float, y1: float, y2: float, kind: str) -> str:
