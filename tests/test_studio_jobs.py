@@ -269,6 +269,21 @@ def test_a_matlab_file_is_read_as_the_rig_has_it_and_gives_the_published_mass(
         assert round(result(opened, job["id"])["parameters"]["M"]["value"], 4) == 95.1089
 
 
+def test_a_log_that_was_judged_is_drawn_as_such_when_many_others_were_read_since(
+    tmp_path: Path,
+) -> None:
+    logs = [sliding_log(tmp_path / f"axis{k}.csv", 4.0 + k) for k in range(6)]
+    with studio(tmp_path / "home", *logs) as opened:
+        place = f"{opened.session}/logs/0/lines?since=0&until=2&pixels=300"
+        assert "velocity" not in opened.ask("GET", f"{place}&mended=0").json["lines"]
+        opened.ask("GET", f"{opened.session}/logs/0/overview")
+        before = opened.ask("GET", f"{place}&mended=1").json
+        for k in range(1, 6):
+            opened.ask("GET", f"{opened.session}/logs/{k}/overview")
+        assert "velocity" in before["lines"]
+        assert opened.ask("GET", f"{place}&mended=1").json == before
+
+
 @pytest.mark.recordings("bam_xl330")
 def test_sixteen_logs_of_a_servo_are_read_together(tmp_path: Path) -> None:
     logs = sorted((DATA / "bam_xl330" / "logs").glob("*.json"))[:16]
@@ -282,6 +297,6 @@ def test_sixteen_logs_of_a_servo_are_read_together(tmp_path: Path) -> None:
         overview = opened.ask("GET", f"{opened.session}/logs/15/overview").json
         assert overview["rig"] == "servo-pendulum"
         lines = opened.ask(
-            "GET", f"{opened.session}/logs/15/lines?since=0&until=100&pixels=300"
+            "GET", f"{opened.session}/logs/15/lines?since=0&until=100&pixels=300&mended=1"
         ).json
         assert len(lines["t"]) == len(lines["lines"]["position"]) > 100

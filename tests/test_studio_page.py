@@ -57,6 +57,30 @@ def test_a_plot_is_moved_by_keys_and_a_step_begins_at_its_heading(
         w.is_silent()
 
 
+def test_a_range_and_the_focus_stay_where_they_were_when_the_findings_come(
+    chromium: Any, tmp_path: Path, log: Path
+) -> None:
+    with studio(tmp_path / "home", log) as opened, window(chromium, opened) as w:
+        keys, held = Keys(w), list[Any]()
+        w.page.route("**/overview", lambda route: held.append(route))  # noqa: PLW0108 - gets attributes
+        w.open(opened.address)
+        with w.page.expect_request("**/overview"):
+            keys.press("#next")
+        w.drawn()
+        keys.to("#main [role=toolbar] button")
+        w.page.keyboard.press("+")
+        w.until(f"{PLOT}.scales.x.max < 11")
+        assert w.page.locator("h3:text-is('velocity')").count() == 0
+        held[0].continue_()
+        w.page.wait_for_selector("h3:text-is('velocity')")
+        w.drawn()
+        w.page.wait_for_selector(".state.good")
+        assert w.page.evaluate(f"{PLOT}.scales.x.max") < 11
+        w.page.keyboard.press("0")
+        w.until(f"{PLOT}.scales.x.max > 11")
+        w.is_silent()
+
+
 def test_a_search_is_drawn_as_it_goes_stopped_and_kept(chromium: Any, tmp_path: Path) -> None:
     bed = bed_log(tmp_path / "bed.csv")
     with studio(tmp_path / "home", bed) as opened, window(chromium, opened) as w:

@@ -69,21 +69,22 @@ class LogView:
         there = [n for n in DRAWN if n == "velocity" or getattr(log.recording, n) is not None]
         return _channels(log, there)
 
-    @property
-    def lines_now(self) -> tuple[Array, dict[str, tuple[str, Pyramid]]]:
-        """Times and channels: as recorded, until it is known what is to be mended."""
-        if "channels" in vars(self):
+    def _drawn(self, mended: bool) -> tuple[Array, dict[str, tuple[str, Pyramid]]]:
+        """Times and channels of the log mended, or as recorded."""
+        if mended:
             return self.drawn.recording.t, self.channels
         return self.recording.t, self.recorded
 
     def outline(self) -> dict[str, Any]:
-        """What a first picture needs, at once."""
+        """What a first picture needs, at once: mended, where that is known already."""
         if self.recording.runs is not None:
-            return {"span": None, "channels": {}}
-        t, channels = self.lines_now
+            return {"span": None, "channels": {}, "mended": False}
+        mended = "channels" in vars(self)
+        t, channels = self._drawn(mended)
         return {
             "span": [float(t[0]), float(t[-1])],
             "channels": {n: label for n, (label, _) in channels.items()},
+            "mended": mended,
         }
 
     def overview(self) -> dict[str, Any]:
@@ -99,7 +100,7 @@ class LogView:
             "notes": list(quality.notes),
         }
         if self.recording.runs is not None:
-            return summary | {"span": None, "channels": {}, "findings": [], "marks": {}}
+            return summary | self.outline() | {"findings": [], "marks": {}}
         marks = self._marks()
         return summary | self.outline() | {"findings": self._findings(), "marks": marks}
 
@@ -133,10 +134,10 @@ class LogView:
             "gaps": [list(gap) for gap in self.drawn.gaps],
         }
 
-    def lines(self, since: float, until: float, pixels: int) -> dict[str, Any]:
-        """Lines of a part of it, for a plot of some width."""
+    def lines(self, since: float, until: float, pixels: int, mended: bool) -> dict[str, Any]:
+        """Lines of a part of it, mended or as recorded, for a plot of some width."""
         pixels = min(max(pixels, 10), WIDEST)
-        times, channels = self.lines_now
+        times, channels = self._drawn(mended)
         pyramids = {n: pyramid for n, (_, pyramid) in channels.items()}
         t, lines, exact = windowed(times, pyramids, since, until, pixels)
         return {"t": _numbers(t, 9), "lines": {n: _numbers(a, 6) for n, a in lines.items()},

@@ -296,10 +296,10 @@ class Routes:
     async def _lines(self, asked: Asked) -> Response:
         request, log = self._log(asked)
         since, until = _number(asked, "since"), _number(asked, "until")
-        pixels = int(_number(asked, "pixels"))
+        pixels, mended = int(_number(asked, "pixels")), bool(_number(asked, "mended"))
         return JSONResponse(
             await run_in_threadpool(
-                lambda: self._views.view(request, log).lines(since, until, pixels)
+                lambda: self._views.view(request, log).lines(since, until, pixels, mended)
             )
         )
 

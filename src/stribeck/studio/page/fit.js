@@ -44,7 +44,7 @@ export function fitStep() {
         else attempt(() => change((choices) => ({ [mode]: [...choices[mode], `${round(from)}s:${round(to)}s`] })));
       } }));
       const judged = await get("/logs/0/overview");
-      if (key === now) await judge(plot, lines, judged, { only: "position" });
+      if (key === now) await judge(lines, judged);
     } catch (error) {
       if (key === now) fill(plot, h("p", { class: "state warn" }, error.message));
     }

@@ -11,7 +11,8 @@ const PANELS = [["position", "command"], ["velocity"], ["force"], ["current"], [
 // A hairline is drawn ten times as fast as a broader one, and of many samples nothing else shows.
 const breadth = (data) => (data.t.length > 600 ? 1 : 1.6);
 
-// Lines of a log, asked for anew when the range changes; the last range wins.
+// Lines of a log, asked for anew when the range changes; the last range wins: `show` answers whether
+// its own was drawn.
 export class Lines {
   constructor(log, overview) {
     this.log = log;
@@ -28,19 +29,20 @@ export class Lines {
     this.range = [Math.max(from, first), Math.min(from + width, last)];
     const asked = ++this.asked;
     const pixels = Math.round(Math.max(...this.plots.map(({ plot }) => plot.width), document.querySelector("main").clientWidth));
-    const data = await get(`/logs/${this.log}/lines?since=${this.range[0]}&until=${this.range[1]}&pixels=${pixels}`);
-    if (asked !== this.asked) return;
+    const data = await get(`/logs/${this.log}/lines?since=${this.range[0]}&until=${this.range[1]}&pixels=${pixels}&mended=${Number(this.overview.mended)}`);
+    if (asked !== this.asked) return false;
     this.data = data;
     // A frame for each: their lines together would keep the page from answering for too long.
     for (const { plot, names } of this.plots) {
       await new Promise(requestAnimationFrame);
-      if (asked !== this.asked) return;
+      if (asked !== this.asked) return false;
       plot.batch(() => {
         for (const line of plot.series.slice(1)) line.width = breadth(data);
         plot.setData([data.t, ...names.map((name) => data.lines[name])], false);
         plot.setScale("x", { min: this.range[0], max: this.range[1] });
       });
     }
+    return true;
   }
 
   move(share) {
@@ -93,21 +95,14 @@ export function panels(lines, overview, more = {}) {
 // A log that is not judged yet: no findings, no marks.
 export const unjudged = (outline) => ({ ...outline, findings: [], marks: { rests: [], slips: [], strokes: [], gaps: [] } });
 
-async function drawLines(place, outline, more = {}, range = outline.span) {
-  if (!outline.span) return null;
-  const lines = new Lines(more.log ?? 0, outline.marks ? outline : unjudged(outline));
-  await lines.show(...range);
-  fill(place, rangeTools(lines), ...panels(lines, lines.overview, more));
-  return lines;
-}
-
-// The same lines with findings and marks; drawn anew where channels have come with these.
-export async function judge(place, lines, overview, more = {}) {
+// The same lines with findings and marks; `redraw` makes the plots anew where channels have come
+// with these. The tools stay, and with them the focus and a range that was moved meanwhile.
+export async function judge(lines, overview, redraw = null) {
   const same = Object.keys(overview.channels).join() === Object.keys(lines.overview.channels).join();
-  if (!same && !more.only) return drawLines(place, overview, { ...more, log: lines.log }, lines.range);
   Object.assign(lines.overview, overview);
-  await lines.show(...lines.range);
-  return lines;
+  if (redraw && !same) lines.plots = [];
+  while (!await lines.show(...lines.range));
+  if (redraw && !same) redraw();
 }
 
 function bands(overview, more = () => []) {
@@ -146,10 +141,17 @@ export function lookStep() {
       const outline = await get(`/logs/${selected}/outline`);
       if (key !== now) return;
       fill(view, place, judged, h("p", {}, button("next.axis", () => go("axis"), { class: "main", id: "next" })));
-      let lines = await drawLines(place, outline, { log: selected });
+      const lines = outline.span && new Lines(selected, unjudged(outline));
+      const plots = h("div");
+      const drawPlots = () => fill(plots, ...panels(lines, lines.overview));
+      if (lines) {
+        await lines.show(...outline.span);
+        fill(place, rangeTools(lines), plots);
+        drawPlots();
+      }
       const overview = await get(`/logs/${selected}/overview`);
       if (key !== now) return;
-      if (lines) lines = await judge(place, lines, overview);
+      if (lines) await judge(lines, overview, drawPlots);
       fill(judged, summary(overview), lines && findings(overview, lines), lines && await cloud(lines), quality(overview));
     } catch (error) {
       if (key === now) fill(view, h("p", { class: "state warn" }, error.message));
