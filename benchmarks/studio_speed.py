@@ -63,7 +63,8 @@ def requests(port: int, cookie: str, session: str, seconds: float) -> list[float
     for _ in range(REQUESTS):
         width = seconds * 10 ** rng.uniform(-6, 0)
         since = rng.uniform(0, seconds - width)
-        place = f"{session}/logs/0/lines?since={since}&until={since + width}&pixels={PIXELS}&mended=1"
+        window = f"since={since}&until={since + width}&pixels={PIXELS}&mended=1"
+        place = f"{session}/logs/0/lines?{window}"
         start = time.perf_counter()
         connection = HTTPConnection("127.0.0.1", port)
         connection.request("GET", place, headers={"Cookie": cookie})
