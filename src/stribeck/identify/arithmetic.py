@@ -3,7 +3,8 @@
 The answer is simulated once more, much finer. By how much that moves the residuals says, through
 their slopes, by how much each parameter would move if the fit were repeated: one Gauss-Newton step.
 Where that is a fair part of an interval the simulation is refined and the fit repeated from its
-answer, which is near.
+answer, which is near. Where the floor of a misfit is rough, slopes promise a step that no refit
+keeps: a finer simulation that leaves the answer where it was leaves its intervals, too.
 """
 
 from __future__ import annotations
@@ -93,8 +94,15 @@ def exact_enough(
     for _ in range(ROUNDS):
         if answer.worst <= SHARE:
             break
-        answer, rows = _repeated(answer, profile)
+        refit, rows = _refit(answer)
         spent += rows
+        moved = _shares(answer.optimum.problem, answer.uncertain, refit.x - answer.uncertain.x)
+        if max(moved.values(), default=0.0) <= SHARE:  # where it was: not the arithmetic's
+            answer = replace(answer, shifts=moved)
+        else:
+            uncertain, rows = profile(refit)
+            answer = _Solution(refit, uncertain, shifts(refit.problem, uncertain))
+            spent += rows + SHIFTS
         if answer.worst <= best.worst:
             best = answer
     return Checked(best.optimum, best.uncertain, _violations(first, best)), spent
@@ -133,12 +141,27 @@ def _shifts_to(
     u = box.u(uncertain.x)
     fit = replace(Iterate.at(u, residuals), J=profiles.J)
     step, _ = fit.step(box, range(box.dim), 1.0)
-    off = box.x(np.clip(u + step, 0.0, 1.0)) - box.x(u)
-    by_name = dict(zip(box.space.names, off.tolist(), strict=True))
+    return _shares(problem, uncertain, box.x(np.clip(u + step, 0.0, 1.0)) - box.x(u))
+
+
+def _shares(
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
+    uncertain: Uncertainty,
+    off: Array,
+) -> dict[str, float]:
+    """Changes of all parameters, SI, (dim,), as shares of half-widths, by name.
+
+    The half-width is that of the side that a parameter moves to; where that ends with the range,
+    half of both sides if that is more.
+    """
+    by_name = dict(zip(problem.space.names, off.tolist(), strict=True))
     result = {}
-    for p in profiles.profiles:
+    for p in uncertain.profiles.profiles:
         shift = by_name[p.name]
-        width = p.high.end - p.value if shift > 0.0 else p.value - p.low.end
+        side = p.high if shift > 0.0 else p.low
+        width = abs(side.end - p.value)
+        if side.ended in ("bound", "flat"):  # nothing goes beyond it, however near it is
+            width = max(width, 0.5 * (p.high.end - p.low.end))
         if width > 0.0:
             result[p.name] = abs(shift) / width
     return result
@@ -162,15 +185,13 @@ def _refined(answer: _Solution) -> tuple[SimulatedRig, int]:
     return rig, spent
 
 
-def _repeated(answer: _Solution, profile: Profiling) -> tuple[_Solution, int]:
-    """The fit repeated from its answer with a finer simulation; and the rows."""
+def _refit(answer: _Solution) -> tuple[Optimum, int]:
+    """The optimum refitted from the answer with a finer simulation; and the rows."""
     rig, tried = _refined(answer)
     problem = answer.optimum.problem.on(rig)
     polished = polish(problem, answer.uncertain.x, None, ROWS * (problem.space.dim + 1))
-    optimum = replace(answer.optimum, problem=problem, x=polished.x)
-    uncertain, profiled = profile(optimum)
-    spent = tried + polished.evaluations + profiled + SHIFTS
-    return _Solution(optimum, uncertain, shifts(problem, uncertain)), spent
+    refit = replace(answer.optimum, problem=problem, x=polished.x)
+    return refit, tried + polished.evaluations
 
 
 def _rig(optimum: Optimum) -> SimulatedRig:
@@ -179,7 +200,7 @@ def _rig(optimum: Optimum) -> SimulatedRig:
 
 def _violations(first: _Solution, best: _Solution) -> list[Violation]:
     rig, violations = _rig(best.optimum), []
-    if best is not first:
+    if best.optimum is not first.optimum:
         violations.append(
             Violation(
                 "arithmetic",
