@@ -27,7 +27,7 @@ TURNS, GAIN = 3, 0.01
 #: From so many parameters on there are rounds of an evolution strategy around the answer: its first
 #: standard deviation over the unit cube in turn, evaluations a parameter, how many rounds at most,
 #: the share of J that a round brings if it is of use, and how many in a row may be of none.
-MANY, RADII, ROUND, ROUNDS, WORTH, IDLE = 10, (0.05, 0.1), 150, 6, 1e-3, 2
+MANY, RADII, ROUND, ROUNDS, WORTH, IDLE = 10, (0.05, 0.1), 150, 6, 1e-3, 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,6 +37,8 @@ MOST_REPEATS = 10_000
 _STICK_SLIP: dict[str, Any] = {"settle": 200}
 _SMOOTH: dict[str, Any] = {"settle": 60}
 _FEW: dict[str, Any] = {"tolerance": 1e-4}
+#: The same of a search beside the answers of the laws that its law contains.
+_BRIEF: dict[str, Any] = {"settle": 20}
 #: Rounds of descents from what a force balance shows; see `Descents`.
 _CONTACT_ROUNDS = ((8, 4), (3, 12), (2, 60))
 #: Fewer slips a log are no stick-slip.
@@ -62,7 +64,9 @@ class SearchSettings:
         budget: Evaluations of the cost for each repeat, polishing included.
         repeats: Independent searches. In smooth problems, and slip by slip, `mbts` begins with
             two, ends once they confirm each other (three where the misfit is beyond the noise),
-            and adds as many again as asked for while none do.
+            and adds as many again as asked for while none do. In ten dimensions and more, a law
+            that contains others has a third as many, brief ones, and starts from the answers of
+            these, too.
         target: J at which a search stops.
         polishing: Whether least squares polishes what a search ended with; None: unless the
             method does so itself.
@@ -103,16 +107,20 @@ class SearchSettings:
             return 0
         return min(POLISH, self.budget // 4)
 
-    def searches(self, problem: MotionProblem, *, smooth: bool, n: int) -> list[Search]:
+    def searches(
+        self, problem: MotionProblem, *, smooth: bool, n: int, brief: bool = False
+    ) -> list[Search]:
         """The first n repeats, ready to run.
 
         Args:
             problem: What they search.
             smooth: Whether its motions are.
             n: How many.
+            brief: Whether they end sooner, as there are other places to start from.
         """
         few = problem.space.dim < MANY
-        algorithm = self._slip_by_slip(problem) or self._algorithm(smooth=smooth, few=few)
+        own = self._algorithm(smooth=smooth, few=few, brief=brief)
+        algorithm = self._slip_by_slip(problem) or own
         return self._searches_by(algorithm, problem, n)
 
     def from_contact(self, problem: MotionProblem) -> list[Search]:
@@ -153,10 +161,11 @@ class SearchSettings:
         parameters, train = problem.parameters, problem.train
         return Descents(lambda rng: drawn_starts(parameters, train, rng))
 
-    def _algorithm(self, *, smooth: bool, few: bool = False) -> Algorithm:
+    def _algorithm(self, *, smooth: bool, few: bool = False, brief: bool = False) -> Algorithm:
         defaults: dict[str, Any] = {}
         if self.method == MemeticTabuSearch.name:
             defaults = _SMOOTH | (_FEW if few else {}) if smooth else _STICK_SLIP
+            defaults |= _BRIEF if brief else {}
         return configure(self.method, **defaults | dict(self.settings))
 
 
