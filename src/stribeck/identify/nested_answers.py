@@ -18,7 +18,7 @@ from ..optimize.lockstep import Counted
 from ..optimize.slopes import MOST_FANS
 from ..space import Array, Param
 from .parameters import Parameters
-from .polish import polish
+from .polish import best_descent
 from .problem import MotionProblem
 from .refinement import Refined, turned
 from .selection.nesting import embedded, ingredients, synonym
@@ -26,8 +26,8 @@ from .uncertainty.linearisation import box_of, linearised
 
 #: How many of the answers are refined, the best first.
 STARTS = 2
-#: Evaluations a parameter of one descent.
-DESCENT = 25
+#: Evaluations a parameter of one descent, and after how many only the best of all go on.
+DESCENT, FIRST = 25, 8
 #: A parameter does not matter where its slopes are below this share of the steepest ones; descents
 #: then begin with it at these places of its search range, too.
 BLIND, PLACES = 1e-9, (0.15, 0.45, 0.75)
@@ -92,11 +92,9 @@ def descended(problem: MotionProblem, starts: list[Array]) -> Refined:
         return Refined(starts[0], np.inf, len(starts))
     allowance = DESCENT * problem.space.dim
     same, spent = _of_the_same_cost(problem, starts[order[0]])
-    places = [(x, float(costs[order[0]])) for x in same]
-    places += [(starts[k], float(costs[k])) for k in order]
-    ends = [polish(problem, x, cost, allowance) for x, cost in places]
-    best = min(ends, key=lambda end: end.cost)
-    spent += len(starts) + sum(end.evaluations for end in ends)
+    places = np.array([*same, *(starts[k] for k in order)])
+    best = best_descent(problem, places, ((len(places), FIRST), (STARTS, DESCENT - FIRST)))
+    spent += len(starts) + best.evaluations
     return turned(problem, best.x, best.cost, allowance, spent)
 
 

@@ -12,16 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..optimize.descents import Descents
-from ..optimize.lockstep import AskTell, Counted, lockstep
-from ..optimize.moves import silent
 from ..rig.rig import shown_in
 from ..space import Array, Param, Space
 from ..wording import option
 from .conditions import Violation
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem
-from .polish import Polished, elite, polish
+from .polish import best_descent, elite, polish
 from .problem import MotionProblem
 
 if TYPE_CHECKING:
@@ -59,7 +56,7 @@ def other_loss_violations(
     fewer, rows = other.thinned(), ROWS * len(start)
     costs = fewer(points)
     order = np.argsort(costs, kind="stable")[:STARTS]
-    refit = _descended(fewer, points[order])
+    refit = best_descent(fewer, points[order], ROUNDS)
     spent = len(points) + refit.evaluations
     if fewer is not other:
         refit = polish(other, refit.x, None, rows)
@@ -80,16 +77,6 @@ def other_loss_violations(
         "a law that has it"
     )
     return [Violation("model", sentence, frozenset(left))], spent
-
-
-def _descended(problem: MotionProblem | FreeConstantsProblem, points: Array) -> Polished:
-    """Where descents from points, SI, (n, dim), end: all begin, and the best go on."""
-    space = problem.space
-    descents = Descents(lambda _: space.encode(points), ROUNDS)
-    counted = Counted(problem, len(points) * ROWS * space.dim)
-    rng = np.random.default_rng(0)  # nothing is drawn
-    lockstep(counted, [AskTell("refits", space, descents.moves(space, rng, silent))])
-    return Polished(*counted.best(), counted.rows)
 
 
 def _places(problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, run: Run) -> Array:

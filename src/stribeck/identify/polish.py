@@ -9,7 +9,9 @@ import numpy as np
 
 from ..optimize import rms
 from ..optimize.box import Box
+from ..optimize.descents import Descents
 from ..optimize.lockstep import AskTell, Counted, lockstep
+from ..optimize.moves import silent
 from ..optimize.trust_region import least_squares
 from ..space import Array
 
@@ -87,3 +89,21 @@ def polish(problem: ShowsResiduals, x: Array, start: float | None, allowance: in
     if start is not None and not cost < start:
         return Polished(x, start, counted.rows)
     return Polished(best, cost, counted.rows)
+
+
+def best_descent(
+    problem: ShowsResiduals, points: Array, rounds: tuple[tuple[int, int], ...]
+) -> Polished:
+    """Where descents from several points end: all begin, and the best go on.
+
+    Args:
+        problem: Its residuals are minimised.
+        points: Where they start, free parameters, SI, (n, dim).
+        rounds: See `Descents`.
+    """
+    space = problem.space
+    descents = Descents(lambda _: space.encode(points), rounds)
+    counted = Counted(problem, sum(n * rows for n, rows in rounds) * space.dim + len(points))
+    rng = np.random.default_rng(0)  # nothing is drawn
+    lockstep(counted, [AskTell("descents", space, descents.moves(space, rng, silent))])
+    return Polished(*counted.best(), counted.rows)
