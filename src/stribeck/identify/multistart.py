@@ -170,9 +170,7 @@ def multistart(
     if problem.parameters.objective.loss == "absolute" and not interrupted:
         problem = problem.finer()
     refit = problem is not searched and allowance > 1
-    around, stopped = _on_all_samples(
-        problem, answer, settings, allowance, refit=refit, smooth=smooth
-    )
+    around, stopped = _on_all_samples(problem, answer, allowance, refit=refit)
     best, cost, refined = around.x, around.cost, around.evaluations
     if stopped:
         interrupted, allowance = True, 0
@@ -191,6 +189,11 @@ def multistart(
                 known = (wider.x, *answer.rivals) if smooth and _rich(problem) else ()
                 again = multistart(problem, left, progress, searches=searches - 1, known=known)
                 return _after(again, evaluations + refined, seconds)
+            cost = wider.cost
+        if smooth and settings.memetic and allowance > refined:
+            start = Polished(best, cost, 0)
+            problem, end = _restarted(problem, start, settings, allowance - refined)
+            whole, best, refined = problem, end.x, refined + end.evaluations
         free = with_free_starts(problem)
         if isinstance(free, FreeStartProblem) and allowance > refined:
             x = np.concatenate([best, free.nominal])
@@ -329,14 +332,11 @@ def _reached(settings: SearchSettings, cost: float) -> bool:
 
 
 def _on_all_samples(
-    problem: MotionProblem, answer: Refined, settings: SearchSettings, allowance: int, *,
-    refit: bool, smooth: bool,
-) -> tuple[Refined, bool]:  # fmt: skip
-    """An answer refitted on all samples, in many dimensions by an evolution strategy around it.
+    problem: MotionProblem, answer: Refined, allowance: int, *, refit: bool
+) -> tuple[Refined, bool]:
+    """An answer refitted on all samples; and whether Ctrl-C ended that.
 
     A log at a tipping point may tip on fewer samples, and not on all.
-
-    And whether Ctrl-C ended that.
     """
     best = Refined(answer.x, answer.cost, 0)
     try:
@@ -344,13 +344,24 @@ def _on_all_samples(
             end = polish(problem, best.x, None, min(allowance, POLISH))
             best = Refined(end.x, end.cost, end.evaluations)
             best = _no_worse(problem, best, answer.rivals, allowance)
-        left = allowance - best.evaluations
-        many = smooth and settings.memetic and problem.space.dim >= MANY
-        if many and left > 0 and not _reached(settings, best.cost):
-            best = restarted(problem, best, settings.seed, left)
     except KeyboardInterrupt:
         return best, True
     return best, False
+
+
+def _restarted(
+    problem: MotionProblem, start: Polished, settings: SearchSettings, allowance: int
+) -> tuple[MotionProblem, Polished]:
+    """In many dimensions what an evolution strategy around an answer leads to.
+
+    With its problem, whose ranges are wider where that is at their ends.
+    """
+    if problem.space.dim < MANY or _reached(settings, start.cost):
+        return problem, start
+    best = restarted(problem, Refined(start.x, start.cost, 0), settings.seed, allowance)
+    end = Polished(best.x, best.cost, 0)
+    problem, end = _widened(problem, end, allowance - best.evaluations)
+    return problem, replace(end, evaluations=end.evaluations + best.evaluations)
 
 
 def _no_worse(
