@@ -11,8 +11,11 @@ from typing import Any
 import polars as pl
 import pytest
 
+from command import caller
 from fleet_logs import force_log
-from stribeck import InputError, fleet
+from stribeck import InputError, fleet, read
+from stribeck.fleet.axis_job import axis_jobs
+from stribeck.fleet.axis_run import axis_record
 from stribeck.fleet.drift import drift
 from stribeck.fleet.fleet_page import write_drift_page
 from stribeck.fleet.fleet_table import FILE, FOLDER, read_table
@@ -261,3 +264,74 @@ def test_a_picture_has_the_days_of_the_table(year: int, whole: Path, tmp_path: P
     text = page.read_text(encoding="utf-8")
     assert f">{year:04}-12-20</text>" in text
     assert f">{year:04}-12-24</text>" in text
+
+
+def test_a_map_laid_beside_a_refused_log_has_it_identified(
+    rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    text = Path(rows[0]["log"]).read_text(encoding="utf-8").partition("\n")[2]
+    (tmp_path / "x.csv").write_text(f"t [s],a [m],b [m/s],c [N]\n{text}", encoding="utf-8")
+    row = {"axis": "x", "log": str(tmp_path / "x.csv"), "rig": "forced", "law": "coulomb-viscous"}
+    assert fleet([row], tmp_path / "out").refused == 1
+    columns = {"position": "a [m]", "velocity": "b [m/s]", "force": "c [N]"}
+    read(tmp_path / "x.csv", columns=columns, keep_map=True)
+    assert fleet([row], tmp_path / "out").done == 1
+    assert [j.maps for j in axis_jobs(read_manifest(rows))] == [()] * LOGS
+
+
+def test_what_is_no_longer_as_the_job_names_it_is_tried_again(
+    rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    log = tmp_path / "x.csv"
+    log.write_text("being written", encoding="utf-8")
+    (job,) = axis_jobs(read_manifest([{**rows[0], "log": str(log)}]))
+    assert axis_record(job).status == "refused"
+    log.write_text("being written, still", encoding="utf-8")
+    record = axis_record(job)
+    assert record.status == "failed"
+    assert record.reason.endswith("(a log, its map or the rig has changed meanwhile)")
+
+
+def test_a_log_is_tried_again_when_its_library_is_installed(
+    rows: list[dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pl.read_csv(rows[0]["log"]).write_parquet(tmp_path / "x.parquet")
+    row = {**rows[0], "log": str(tmp_path / "x.parquet")}
+    with monkeypatch.context() as absent:
+        absent.setattr("stribeck.data.readers.isolated.find_spec", lambda _: None)
+        result = fleet([row], tmp_path / "out")
+    assert result.failed == 1
+    assert "pip install" in result.table()["reason"][0]
+    assert fleet([row], tmp_path / "out").done == 1
+
+
+def test_a_log_that_must_not_be_read_is_another_when_it_may(
+    rows: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("stribeck.fleet.axis_job.os.access", lambda *_: False)
+    (job, *_) = axis_jobs(read_manifest(rows))
+    assert job.logs == ((rows[0]["log"], None, None),)
+
+
+@pytest.mark.parametrize("name", ["..", ".", "a/../../b", "x@home", "%2E%2E"])
+def test_a_report_stays_in_the_folder_of_its_fleet(
+    name: str, rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    row = {k: v for k, v in rows[0].items() if k != "when"} | {"machine": name, "axis": name}
+    page = fleet([row], tmp_path / "out").report([row], f"{name}/{name}")
+    place = page.resolve().relative_to((tmp_path / "out" / "reports").resolve())
+    assert len(place.parts) == 4  # machine, axis, time, page
+
+
+def test_a_report_of_no_axis_is_refused_before_the_work(
+    rows: list[dict[str, Any]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pl.DataFrame(rows).write_csv(tmp_path / "m.csv")
+    run = caller(monkeypatch, capsys)
+    shown = run("fleet", str(tmp_path / "m.csv"), "--out", str(tmp_path / "out"), "--report", "y")
+    assert (shown.status, shown.out) == (2, "")
+    assert shown.err == "stribeck: report y: the manifest has no such axis or time\n"
+    assert not (tmp_path / "out").exists()

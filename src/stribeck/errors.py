@@ -15,5 +15,9 @@ class InputError(ValueError):
         super().__init__(" ".join(line.split()))
 
 
+class MissingLibrary(InputError):  # noqa: N818 - what is missing, not what is wrong
+    """What would read a file is not installed: the file may be all right."""
+
+
 class ChoiceError(InputError):
     """The channels of a log cannot be told from its heads: what they are has to be said."""

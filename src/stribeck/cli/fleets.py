@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +11,9 @@ import typer
 from ..errors import InputError
 from .exits import fail
 from .interruption import interruption
+
+#: Rows of a table that are printed together.
+_ROWS = 1000
 
 
 def fleet(
@@ -22,12 +24,17 @@ def fleet(
     json: Annotated[bool, typer.Option("--json", help="Print the table, a row a line.")] = False,
 ) -> None:  # fmt: skip
     """Identify many axes, each once, into one table."""
+    from ..fleet.axis_job import axis_jobs
     from ..fleet.fleet_page import OVERVIEW
     from ..fleet.fleet_progress import FleetProgress
+    from ..fleet.fleet_report import axis_named
     from ..fleet.fleet_run import fleet as fleet_identified
     from ..fleet.fleet_table import FOLDER
+    from ..fleet.manifest import read_manifest
 
     try:
+        if report is not None:  # a name that is none is told before the work
+            axis_named(axis_jobs(read_manifest(manifest)), report)
         with FleetProgress() as progress:
             result = fleet_identified(manifest, out, engine=engine, progress=progress)
         page = None if report is None else result.report(manifest, report)
@@ -37,7 +44,8 @@ def fleet(
             interruption.status,
         )
     if json:
-        result.table().write_ndjson(sys.stdout.buffer)
+        for part in result.table().iter_slices(_ROWS):
+            typer.echo(part.write_ndjson(), nl=False)
     else:
         typer.echo(
             f"{result.axes:,} axes: {result.done:,} done, {result.refused:,} refused, "

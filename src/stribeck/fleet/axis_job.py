@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, Self
 
+from ..data.readers.log_map import FILE as MAP_FILE
 from ..data.readers.log_path import LogPath
 from ..errors import InputError
 from .manifest import Manifest, rig_path, stated_table
@@ -38,14 +41,17 @@ def axis_jobs(manifest: Manifest) -> Iterator[AxisJob]:
         return tables[key]
 
     for row in manifest.rows:
+        logs = _logs_of(row, folder)
+        maps = tuple(known for path in _maps_beside(logs) if (known := _known(path))[1] is not None)
         stated = row.model_dump(mode="json", exclude_defaults=True, exclude={"columns", "drive"})
         rig = rig_path(row.rig, folder)
         yield AxisJob(
             row=stated,
-            logs=tuple(map(_known, _logs_of(row, folder))),
+            logs=tuple(map(_known, logs)),
             rig=_known(rig) if rig != row.rig else (rig, None, None),
             columns=table("columns", row.columns),
             drive=table("drive", row.drive),
+            maps=maps,
         )
 
 
@@ -62,6 +68,7 @@ class AxisJob:
         rig: Rig as `rig_named` takes it, with size and time of change of its file.
         columns: Table of `[columns]` and the like, as `read` takes it.
         drive: Table of the drive's chain.
+        maps: Maps of columns that lie beside the logs, each with size and time of change.
     """
 
     row: Mapping[str, Any]
@@ -69,6 +76,7 @@ class AxisJob:
     rig: tuple[str, int | None, int | None]
     columns: Mapping[str, Any] | None
     drive: Mapping[str, Any] | None
+    maps: tuple[tuple[str, int | None, int | None], ...] = ()
 
     @cached_property
     def text(self) -> str:
@@ -80,6 +88,7 @@ class AxisJob:
             "rig": self.rig,
             "columns": self.columns,
             "drive": self.drive,
+            **({"maps": self.maps} if self.maps else {}),
         }
         return json.dumps(fields, sort_keys=True, separators=(",", ":"))
 
@@ -105,7 +114,14 @@ class AxisJob:
         fields = json.loads(text)
         del fields["runner"]
         logs = tuple(map(tuple, fields.pop("logs")))
-        return cls(logs=logs, rig=tuple(fields.pop("rig")), **fields)
+        maps = tuple(map(tuple, fields.pop("maps", ())))
+        return cls(logs=logs, rig=tuple(fields.pop("rig")), maps=maps, **fields)
+
+    @property
+    def inputs_have_changed(self) -> bool:
+        """Whether a log, a map beside it or the rig's file is no longer what the job names."""
+        files = (*self.logs, *self.maps, *((self.rig,) if self.rig[1] is not None else ()))
+        return any(_known(path) != (path, *state) for path, *state in files)
 
     def done(self, line: str) -> AxisRecord:
         """Its record, from its text.
@@ -191,11 +207,25 @@ def _absolute(log: str, folder: Path) -> str:
     return str((folder / log).absolute())
 
 
+def _maps_beside(logs: Sequence[str]) -> list[str]:
+    """Where maps of these logs' columns would lie."""
+    folders = set[Path]()
+    for log in logs:
+        with suppress(OSError, InputError):
+            folders |= {file.parent for file in LogPath.of(log).files}
+    return sorted(str(folder / MAP_FILE) for folder in folders)
+
+
 def _known(path: str) -> tuple[str, int | None, int | None]:
-    """A path with size and time of change of what lies there, of a folder those of its files."""
+    """A path with size and time of change of what lies there, of a folder those of its files.
+
+    What must not be read is as good as not there.
+    """
     try:
         files = [f for each in LogPath.of(path).files for f in _inside(each)]
         stats = [f.stat() for f in files]
+        if not all(os.access(f, os.R_OK) for f in files):
+            return path, None, None
     except (OSError, InputError):
         return path, None, None
     if not stats:

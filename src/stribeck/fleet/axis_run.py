@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ..data.readers.opening import each_run
-from ..errors import InputError
+from ..errors import InputError, MissingLibrary
 from ..identify.fit import identify
 from ..identify.result import Fit
 from ..identify.speed_range import speed_range
@@ -29,12 +29,27 @@ def axis_record(job: AxisJob) -> AxisRecord:
         fit = axis_fit(job)
         card = json.loads(fit.card().text())
     except InputError as error:
-        return AxisRecord(job, "refused", str(error), seconds=time.perf_counter() - start)
+        return _without_a_card(job, error, time.perf_counter() - start)
     card["search"]["seconds"] = 0.0
     motion = speed_range(list(fit.recordings))
     seconds = time.perf_counter() - start
     fields = None if motion is None else asdict(motion)
     return AxisRecord(job, "done", card=card, motion=fields, seconds=seconds)
+
+
+def _without_a_card(job: AxisJob, error: InputError, seconds: float) -> AxisRecord:
+    """Refused, or failed where the reason may be gone by the next run with the job as it is."""
+    if _is_of_a_library(error):
+        return job.failed(str(error))
+    if job.inputs_have_changed:
+        return job.failed(f"{error} (a log, its map or the rig has changed meanwhile)")
+    return AxisRecord(job, "refused", str(error), seconds=seconds)
+
+
+def _is_of_a_library(error: BaseException | None) -> bool:
+    while error is not None and not isinstance(error, MissingLibrary):
+        error = error.__cause__
+    return error is not None
 
 
 def axis_fit(job: AxisJob) -> Fit:

@@ -33,10 +33,10 @@ def write_axis_report(jobs: Iterable[AxisJob], name: str, folder: Path) -> Path:
     from ..report.contents.gather import Contents  # noqa: PLC0415 - figures take time to load
     from ..report.page.html_page import PAGE, write_report  # noqa: PLC0415
 
-    job = _named(list(jobs), name)
+    job = axis_named(jobs, name)
     machine, axis, when = job.labels
-    parts = (quote(p or "undated", safe=" ") for p in (machine, axis, when[:16].replace(":", "-")))
-    place = folder.joinpath(FOLDER, *parts)
+    parts = (machine, axis, when[:16].replace(":", "-"))
+    place = folder.joinpath(FOLDER, *map(_folder_name, parts))
     check_folder(place)
     fit = axis_fit(job)
     with together(place) as draft:
@@ -45,14 +45,25 @@ def write_axis_report(jobs: Iterable[AxisJob], name: str, folder: Path) -> Path:
     return place / PAGE
 
 
-def _named(jobs: list[AxisJob], name: str) -> AxisJob:
-    """The job that a name means."""
-    axis, _, when = name.rpartition("@") if "@" in name else (name, "", "")
+def _folder_name(label: str) -> str:
+    """A label as one folder; `..` is none of a file system."""
+    name = quote(label or "undated", safe=" ")
+    return name.replace(".", "%2E") if not name.strip(".") else name
+
+
+def axis_named(jobs: Iterable[AxisJob], name: str) -> AxisJob:
+    """The job that a name means: a name with `@` in it, or the part before the last one.
+
+    Raises:
+        InputError: there is none, or several machines have such an axis.
+    """
+    axis, _, when = name.rpartition("@")
+    asked = {name: "", **({axis: when} if axis else {})}
     fitting = [
         job
         for job in jobs
-        if axis in (job.row["axis"], f"{job.machine}/{job.row['axis']}")
-        and job.labels[2].startswith(when)
+        for called in (job.row["axis"], f"{job.machine}/{job.row['axis']}")
+        if called in asked and job.labels[2].startswith(asked[called])
     ]
     if not fitting:
         raise InputError(f"report {name}: the manifest has no such axis or time")

@@ -17,7 +17,7 @@ from typing import IO, Any, Self
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, MissingLibrary
 from ...space import Array
 from ...wording import is_command_line
 from .budget import ReadBudget, refuse_many
@@ -55,10 +55,11 @@ class IsolatedFormat:
         """What is in a file.
 
         Raises:
-            InputError: the library is not installed, or the file is broken.
+            MissingLibrary: the library is not installed.
+            InputError: the file is broken.
         """
         if any(find_spec(library.partition(".")[0]) is None for library in self.libraries):
-            raise InputError(f'is {self.content}: pip install "stribeck[{self.extra}]"')
+            raise MissingLibrary(f'is {self.content}: pip install "stribeck[{self.extra}]"')
         with _LibraryAnswer(self, path, {"options": asdict(options)}) as answer:
             entry = answer.head
             tables = None if entry["tables"] is None else answer.tables()
