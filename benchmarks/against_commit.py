@@ -21,6 +21,8 @@ import sys
 import tarfile
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -79,10 +81,10 @@ def mujoco_hinge() -> float:
     return 1e6 * (time.process_time() - start) / SIMULATED
 
 
-def asked(sources: Path, call: str) -> Any:
-    """The value of a call in a process of its own, with these sources."""
+def asked(sources: Path, call: str, module: str = "against_commit") -> Any:
+    """The value of a call of a module beside this in a process of its own, with these sources."""
     path = os.pathsep.join([str(sources), str(HERE)])
-    code = f"import json, against_commit as a; print('\\n' + json.dumps(a.{call}))"
+    code = f"import json, {module} as a; print('\\n' + json.dumps(a.{call}))"
     done = subprocess.run(  # noqa: S603 - this interpreter, with a call of this file
         [sys.executable, "-P", "-c", code], check=True, capture_output=True, text=True,
         env={**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"},
@@ -90,9 +92,9 @@ def asked(sources: Path, call: str) -> Any:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def measured(commit: str, laws: list[str], seeds: int, turns: int) -> dict[str, Any]:
-    """All turns, kept as they come."""
-    results: dict[str, Any] = {"commit": commit, "turns": []}
+@contextmanager
+def both_sources(commit: str) -> Iterator[dict[str, Path]]:
+    """The sources of an earlier commit, in a temporary folder, and those of now."""
     with tempfile.TemporaryDirectory() as folder:
         archive = subprocess.run(  # noqa: S603
             ["git", "archive", commit, "src"],  # noqa: S607 - whichever git there is
@@ -100,7 +102,13 @@ def measured(commit: str, laws: list[str], seeds: int, turns: int) -> dict[str, 
         )  # fmt: skip
         with tarfile.open(fileobj=io.BytesIO(archive.stdout)) as tar:
             tar.extractall(folder, filter="data")
-        sources = {"before": Path(folder) / "src", "now": HERE.parent / "src"}
+        yield {"before": Path(folder) / "src", "now": HERE.parent / "src"}
+
+
+def measured(commit: str, laws: list[str], seeds: int, turns: int) -> dict[str, Any]:
+    """All turns, kept as they come."""
+    results: dict[str, Any] = {"commit": commit, "turns": []}
+    with both_sources(commit) as sources:
         calls = [f"simulated({law!r})" for law in laws]
         calls += [f"identified({x!r}, {k})" for x in ("absolute", "squares") for k in range(seeds)]
         for who, path in sources.items():  # what one of them compiles is not measured

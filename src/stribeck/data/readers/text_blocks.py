@@ -30,7 +30,7 @@ from .text_rows import TextRows, comment_mark
 from .text_table import named, overrun_note, text_table, without_overruns
 
 #: Files of more bytes are read in blocks of so many.
-LARGE, BLOCK = 128 << 20, 32 << 20
+LARGE, BLOCK = 128 << 20, 8 << 20
 #: Bytes at the begin of a block that show when it begins.
 _FIRST = 1 << 14
 

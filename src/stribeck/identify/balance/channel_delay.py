@@ -23,7 +23,7 @@ from ...space import Array
 from ..uncertainty.covariance import correlation_time, quick_look
 from . import variable_projection
 from .lag_evidence import ratios, searched_errors
-from .lag_search import best_lags, columns, lag_sums
+from .lag_search import LagSums, best_lags, columns, lag_sums
 from .modelled_force import force_signal
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     for other in sums[1:]:
         total = total + other
     variance = total.variance()
-    least = _feasible(solution, lags, variance)
+    least = _feasible(solution, lags, total)
     places = best_lags(sums, least)
     W, rest = columns(solution)
     one = np.zeros_like(parts)
@@ -112,12 +112,15 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     share = whole.variance / max(float(unmoved @ unmoved) / len(unmoved), tiny)
     effective = len(unmoved) / correlation_time(unmoved, [len(log.t) for log in system.logs])
     searched = partial(searched_errors, effective=effective, row=row, reach=float(lags[-1]))
+    spans = [float(log.clock[-1] - log.clock[0]) for log in system.logs]
     ratio = np.array([1.0 / max(share, tiny)])
     return ChannelDelay(
         seconds=lag,
-        error=float(searched(np.array([lag]), whole.errors, ratio)[0]),
+        error=float(searched(np.array([lag]), whole.errors, ratio, span=float(np.mean(spans)))[0]),
         parts=apart.lags,
-        part_errors=searched(apart.lags - lag, apart.errors, ratios(sums, places, least)),
+        part_errors=searched(
+            apart.lags - lag, apart.errors, ratios(sums, places, least), span=sum(spans)
+        ),
         labels=labels,
         reach=float(lags[-1]),
         sample=1.0 / min(log.rate for log in system.logs),
@@ -172,15 +175,14 @@ def _turns(t: Array, position: SampledChannel) -> Array:
     return t[turns]
 
 
-def _feasible(solution: Balance, lags: Array, variance: Array) -> int:
+def _feasible(solution: Balance, lags: Array, sums: LagSums) -> int:
     """The lag, by its place, that leaves least of all of the force with parameters in their ranges.
 
     What a lag moves out of the log counts as far as it varies: beyond the only start of a motion
     there is nothing left to explain, which is not to say that a lag so long explains it.
     """
-    system = solution.system
+    system, variance, left = solution.system, sums.variance(), sums.left()
     zero = len(lags) // 2
-    left = variance * len(system.y) + _moved_out(system, lags)
     padded = np.concatenate([[np.inf], variance, [np.inf]])
     minima = np.flatnonzero((variance <= padded[:-2]) & (variance <= padded[2:]))
     minima = minima[np.argsort(left[minima], kind="stable")][:_MINIMA]
@@ -189,21 +191,7 @@ def _feasible(solution: Balance, lags: Array, variance: Array) -> int:
     within = [
         system.least_squares(force, solution.values) for force in system.at_lags(lags[minima]).T
     ]
-    return int(minima[int(np.argmin(within + _moved_out(system, lags[minima])))])
-
-
-def _moved_out(system: System, lags: Array) -> Array:
-    """The sum of squares, about its mean, of the force that a lag moves out of its log, (lags,)."""
-    total, first = np.zeros(len(lags)), 0
-    for log in system.logs:
-        y = system.y[first : first + len(log.t)]
-        first += len(y)
-        earliest = np.searchsorted(log.t, log.clock[0] + lags)
-        latest = len(y) - np.searchsorted(log.t, log.clock[-1] + lags, side="right")
-        for force, count in ((y, earliest), (y[::-1], latest)):
-            sums, squares = (np.append(0.0, np.cumsum(power))[count] for power in (force, force**2))
-            total += squares - sums**2 / np.maximum(count, 1)
-    return total
+    return int(minima[int(np.argmin(within + sums.moved_out[minima]))])
 
 
 def _vertex(lags: Array, variance: Array, k: int) -> float:
@@ -280,11 +268,14 @@ def _stepped(
         row: Time between two rows, s.
         alike: A step with the same lag for all, so that what it moved need not be moved again.
     """
+    from scipy.linalg import qr  # noqa: PLC0415 - slow to import
+
     system = solution.system
     inside = _inside(system, parts, lags)
     if alike is None:
         force, before, after = _moved(system, parts, lags, _SPAN * row)
         slope: Array = (after - before) / (2 * _SPAN * row)
+        del before, after
         instrument: Array = _modelled_slope(solution, np.where(inside, force, system.y))
     else:
         force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
@@ -292,8 +283,10 @@ def _stepped(
     (rows, k), count = W.shape, len(lags)
     J, gain = np.empty((k + count, rows)), np.empty((count, count))
     Z = J[k:]
-    basis = J[:k].T  # the columns themselves take its place at the end
-    basis[:] = np.linalg.qr(inner)[0]
+    basis: Array = J[:k].T  # the columns themselves take its place at the end
+    basis[:] = inner
+    in_place = qr(basis, overwrite_a=True, mode="economic", check_finite=False)[0]
+    basis = np.asarray(in_place, dtype=np.float64)
     r = _beside(basis, np.where(inside, force - rest, 0.0))
     for z, part in zip(Z, range(count), strict=True):
         z[:] = _beside(basis, np.where((parts == part) & inside, instrument, 0.0))

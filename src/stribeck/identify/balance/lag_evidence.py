@@ -5,6 +5,11 @@ one by chance: noise that is moved along a motion without starts and reversals f
 better than where it is. So beyond a row the error is at least what the fall of the sum of squares
 is worth: that of so many rows as the residuals are independent, by a chance that counts every lag
 that lies as near (the correction of Bonferroni).
+
+A lag also takes other samples of the force than the one that it is held against, as many as it is
+long, and their noise is another one. Of d independent samples that are exchanged for others the
+difference of the sums of squares over their variance has the standard deviation 2 sqrt(d), whatever
+the lag explains.
 """
 
 from __future__ import annotations
@@ -12,7 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import chdtrc, ndtri
+from scipy.special import chdtrc, ndtr, ndtri
 
 from ...space import Array
 
@@ -23,7 +28,14 @@ if TYPE_CHECKING:
 
 
 def searched_errors(
-    distance: Array, errors: Array, ratio: Array, effective: float, *, row: float, reach: float
+    distance: Array,
+    errors: Array,
+    ratio: Array,
+    effective: float,
+    *,
+    row: float,
+    span: float,
+    reach: float,
 ) -> Array:
     """Standard errors of lags, s, which count that others were tried, (k,).
 
@@ -33,18 +45,22 @@ def searched_errors(
         ratio: Mean square of the residuals at the other lag by that at this one, (k,).
         effective: Rows over the time in which the residuals forget.
         row: From one lag to the next, s.
+        span: How long a log is, s: a lag that long exchanges all samples.
         reach: How far was searched, s, and the most that an error is.
     """
     size = np.abs(distance)
     gain = effective * np.log(np.maximum(ratio, 1.0))
-    chance = np.minimum((1.0 + 2.0 * size / row) * chdtrc(1.0, gain), 1.0)
+    exchanged = effective * np.minimum(size / span, 1.0)
+    scatter = 2.0 * np.sqrt(np.maximum(exchanged, np.finfo(float).tiny))
+    once = np.maximum(chdtrc(1.0, gain), ndtr(-gain / scatter))
+    chance = np.minimum((1.0 + 2.0 * size / row) * once, 1.0)
     sigmas = np.abs(ndtri(0.5 * chance))  # inf where the chance is too small to be written
     least = size / np.maximum(sigmas, np.maximum(size / reach, np.finfo(float).tiny))
     return np.where(size > row, np.fmax(errors, least), errors)
 
 
 def ratios(sums: Sequence[LagSums], places: Sequence[int], common: int) -> Array:
-    """Mean square with each part in turn at a common lag by that with all at their own, (parts,).
+    """What is left of a row's square with each part at a common lag over that at its own, (parts,).
 
     Args:
         sums: Of the parts at each lag.
@@ -56,7 +72,7 @@ def ratios(sums: Sequence[LagSums], places: Sequence[int], common: int) -> Array
         first, *others = (s.at(k) for s, k in zip(sums, at, strict=True))
         for other in others:
             first = first + other
-        return float(first.variance())
+        return float(first.left())
 
     own = max(variance(places), float(np.finfo(float).tiny))
     moved = [[*places[:i], common, *places[i + 1 :]] for i in range(len(places))]

@@ -8,7 +8,7 @@ than one. Parts of the data may each have a lag of their own, with one set of pa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,12 +36,16 @@ class LagSums:
         cross: Of the columns with the force, (lags, k).
         square: Of the force with itself, (lags,).
         rows: How many rows there are, (lags,).
+        moved_out: Sum of squares, about its mean, of the force that a lag moves beyond the first
+            or the last row of its log, (lags,). A lag that leaves nothing to explain of the only
+            start of a motion does not explain it.
     """
 
     gram: Array
     cross: Array
     square: Array
     rows: Array
+    moved_out: Array
 
     def __add__(self, other: LagSums) -> LagSums:
         return LagSums(
@@ -49,11 +53,16 @@ class LagSums:
             self.cross + other.cross,
             self.square + other.square,
             self.rows + other.rows,
+            self.moved_out + other.moved_out,
         )
 
     def at(self, k: int) -> LagSums:
         """The sums at one lag, for all to be added to."""
-        return LagSums(self.gram[k], self.cross[k], self.square[k], self.rows[k])
+        return LagSums(self.gram[k], self.cross[k], self.square[k], self.rows[k], self.moved_out[k])
+
+    def left(self) -> Array:
+        """What is left of the force per row, with what is moved out of the log, (lags,)."""
+        return np.asarray(self.variance() + self.moved_out / np.maximum(self.rows, 1))
 
     def variance(self) -> Array:
         """Mean square that the columns leave of the force, (lags,); inf where too few rows are."""
@@ -77,6 +86,7 @@ def lag_sums(solution: Balance, lags: Array, parts: NDArray[np.intp]) -> list[La
     """
     W, rest = columns(solution)
     rest = rest + solution.system.known  # that stays with the motion
+    y = solution.system.y
     count = int(parts.max()) + 1
     totals: list[LagSums | None] = [None] * count
     first = 0
@@ -86,6 +96,7 @@ def lag_sums(solution: Balance, lags: Array, parts: NDArray[np.intp]) -> list[La
         for part in np.unique(parts[own]):
             rows = np.flatnonzero(parts[own] == part)
             sums = _sums(log, rows, W[own][rows], rest[own][rows], lags)
+            sums = replace(sums, moved_out=_moved_out(log, y[own], rows, lags))
             before = totals[part]
             totals[part] = sums if before is None else before + sums
     return [sums for sums in totals if sums is not None]
@@ -126,7 +137,24 @@ def _sums(log: Log, rows: NDArray[np.intp], W: Array, rest: Array, lags: Array) 
         with_force[:, :k] - G[:, :k, k],
         with_square - 2.0 * with_force[:, k] + G[:, k, k],
         G[:, k + 1, k + 1],
+        np.zeros(len(moved)),
     )
+
+
+def _moved_out(log: Log, y: Array, rows: NDArray[np.intp], lags: Array) -> Array:
+    """What a part of some rows of a log with the forces y loses at either end of the log, (lags,).
+
+    Of parts between the ends nothing leaves the log.
+    """
+    total, last = np.zeros(len(lags)), len(y) - 1
+    early = np.searchsorted(log.t, log.t[0] + lags)
+    late = len(y) - np.searchsorted(log.t, log.t[-1] + lags, side="right")
+    ends = [(y, early)] if rows[0] == 0 else []
+    ends += [(y[::-1], late)] if rows[-1] == last else []
+    for force, count in ends:
+        sums, squares = (np.append(0.0, np.cumsum(power))[count] for power in (force, force**2))
+        total += squares - sums**2 / np.maximum(count, 1)
+    return total
 
 
 def _products(Z: Array, moved: NDArray[np.intp]) -> Array:
@@ -164,7 +192,7 @@ def best_lags(sums: list[LagSums], start: int) -> list[int]:
             total = own
             for other in others:
                 total = total + other
-            places[i] = int(np.argmin(total.variance()))
+            places[i] = int(np.argmin(total.left()))
         if places == before:
             break
     return places

@@ -193,13 +193,16 @@ def robust_variances(
     """
     bread = covariance(W if prior is None else np.vstack([W, prior]), 1.0)
     identified = np.isfinite(np.diag(bread))
-    inner = bread[np.ix_(identified, identified)]
-    shares = parts(inner @ (W[:, identified] * residuals[:, None]).T, lengths)
-    total = long_run_variance(shares, 2 * first_below_zero(residuals, lengths))
+    inner = np.where(identified, bread, 0.0)[identified]
+    reach = 2 * first_below_zero(residuals, lengths)
     variances: Array = np.full(len(bread), np.nan)
-    variances[identified] = total * len(W) / (len(W) - W.shape[1])
+    for i, row in zip(np.flatnonzero(identified), inner, strict=True):
+        moves = W @ row  # one at a time: of a long log each takes as much as a channel
+        moves *= residuals
+        total = float(long_run_variance(parts(moves[None], lengths), reach)[0])
+        variances[i] = total * len(W) / (len(W) - W.shape[1])
     if prior is not None:
-        moves = inner @ prior[:, identified].T
+        moves = inner @ prior.T
         white = float(residuals @ residuals) / (len(W) - W.shape[1])
         variances[identified] += white * np.square(moves).sum(axis=1)
     return variances
