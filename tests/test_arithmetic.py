@@ -14,6 +14,8 @@ from stribeck import RIGS, Recording, identify
 from stribeck.identify import arithmetic
 from stribeck.identify.problem import MotionProblem
 from stribeck.identify.result import Fit
+from stribeck.identify.uncertainty.profile import IntervalEnd
+from stribeck.identify.uncertainty.profile_walk import Ended
 
 F_C, F_V, J, G_SIN = 0.6, 0.3, 0.2, 1.0
 NOISE = 1e-4
@@ -104,3 +106,39 @@ def test_a_motion_that_finer_steps_cannot_simulate_is_off_by_anything(
     shifts = arithmetic.shifts(fit.residuals, fit.uncertainty)  # type: ignore[arg-type]
     assert shifts
     assert all(np.isinf(s) for s in shifts.values())
+
+
+def test_a_finer_simulation_that_leaves_the_answer_where_it_was_repeats_no_intervals(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Slopes of a rough misfit promise a step that no refit keeps."""
+    plain = fitted(0.001)
+    promised = {e.name: 1.0 for e in plain.estimates if e.verdict != "fixed"}
+    monkeypatch.setattr(arithmetic, "shifts", lambda problem, uncertain: promised)  # noqa: ARG005
+    fit = fitted(0.001)
+    assert not fit.violations
+    assert [(e.low, e.high) for e in fit.estimates] == [(e.low, e.high) for e in plain.estimates]
+    assert fit.uncertainty is not None
+    assert plain.uncertainty is not None
+    refit = arithmetic.ROWS * (len(promised) + 1) + 2 * arithmetic.TRIED
+    assert fit.uncertainty.rows <= plain.uncertainty.rows + refit
+
+
+def test_a_parameter_beside_an_end_of_its_range_hardly_moves_by_reaching_it() -> None:
+    fit = fitted(0.001)
+    assert fit.uncertainty is not None
+    problem = fit.residuals
+    (k,) = (i for i, q in enumerate(fit.uncertainty.profiles.profiles) if q.name == "F_C")
+    own = fit.uncertainty.profiles.profiles[k]
+    off = np.zeros(len(fit.uncertainty.x))
+    off[k] = 1e-4
+    sides: dict[Ended, float] = {"threshold": 1.0, "bound": 1e-4 / 0.1}
+    for ended, share in sides.items():
+        beside = replace(
+            own,
+            low=IntervalEnd(own.value - 0.2 + 1e-4, "threshold", 1.0),
+            high=IntervalEnd(own.value + 1e-4, ended, 0.5),
+        )
+        profiles = replace(fit.uncertainty.profiles, profiles=(beside,))
+        uncertain = replace(fit.uncertainty, profiles=profiles)
+        assert arithmetic.shares(problem.space, uncertain, off)["F_C"] == pytest.approx(share)

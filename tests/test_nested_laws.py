@@ -128,6 +128,14 @@ def test_a_law_is_never_worse_than_one_it_contains(seed: int) -> None:
     assert costs["bam-m4"] <= costs["bam-m3"] * (1 + 1e-3)
 
 
+def test_a_law_of_many_parameters_has_one_repeat_beside_the_laws_that_it_contains() -> None:
+    optimum = multistart(problem_of("bam-m4", log_of(LOADED)), SearchSettings())
+    (run,) = optimum.search.runs
+    cost = float(optimum.problem(optimum.x[None])[0])
+    assert cost < 0.55  # mrad; the noise is 0.5
+    assert run.evaluations < 0.5 * optimum.search.evaluations
+
+
 def test_repeats_end_once_they_confirm_each_other() -> None:
     log = log_of(PLAIN)
     optimum = multistart(problem_of("coulomb-viscous", log), SearchSettings())

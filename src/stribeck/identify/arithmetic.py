@@ -24,7 +24,7 @@ from .uncertainty.linearisation import box_of
 
 if TYPE_CHECKING:
     from ..rig.simulated import SimulatedRig
-    from ..space import Array
+    from ..space import Array, Space
     from .free_constants import FreeConstantsProblem
     from .initial_state import FreeStartProblem
     from .multistart import Optimum
@@ -96,7 +96,7 @@ def exact_enough(
             break
         refit, rows = _refit(answer)
         spent += rows
-        moved = _shares(answer.optimum.problem, answer.uncertain, refit.x - answer.uncertain.x)
+        moved = shares(refit.problem.space, answer.uncertain, refit.x - answer.uncertain.x)
         if max(moved.values(), default=0.0) <= SHARE:  # where it was: not the arithmetic's
             answer = replace(answer, shifts=moved)
         else:
@@ -141,20 +141,16 @@ def _shifts_to(
     u = box.u(uncertain.x)
     fit = replace(Iterate.at(u, residuals), J=profiles.J)
     step, _ = fit.step(box, range(box.dim), 1.0)
-    return _shares(problem, uncertain, box.x(np.clip(u + step, 0.0, 1.0)) - box.x(u))
+    return shares(box.space, uncertain, box.x(np.clip(u + step, 0.0, 1.0)) - box.x(u))
 
 
-def _shares(
-    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
-    uncertain: Uncertainty,
-    off: Array,
-) -> dict[str, float]:
+def shares(space: Space, uncertain: Uncertainty, off: Array) -> dict[str, float]:
     """Changes of all parameters, SI, (dim,), as shares of half-widths, by name.
 
     The half-width is that of the side that a parameter moves to; where that ends with the range,
     half of both sides if that is more.
     """
-    by_name = dict(zip(problem.space.names, off.tolist(), strict=True))
+    by_name = dict(zip(space.names, off.tolist(), strict=True))
     result = {}
     for p in uncertain.profiles.profiles:
         shift = by_name[p.name]
