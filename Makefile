@@ -7,7 +7,7 @@ SETUP := .venv/.installed
 LOCK := requirements.lock
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: setup demo test lint types unit lock audit format docs site dist studies bench nested fuzz clean
+.PHONY: setup demo test lint types unit lock audit format docs site paper dist studies bench nested fuzz clean
 
 setup: $(SETUP)
 
@@ -64,6 +64,10 @@ docs: demo
 # The pages as a site in site/, with a search; a warning is an error.
 site: setup
 	$(BIN)/sphinx-build --nitpicky --fail-on-warning --keep-going --quiet -b html docs site
+
+# The article in paper/, its tables by the commands that it names.
+paper: setup
+	$(BIN)/python tools/docs.py paper/paper.md
 
 # Wheel and sdist, checked, and tried without the repository on every Python found of 3.11 to 3.14.
 dist: setup

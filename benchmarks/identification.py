@@ -6,17 +6,18 @@ An answer counts as found when J is within 0.5 % of the best known J of that twi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import argparse
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.random import SeedSequence
 from scipy.optimize import least_squares
 
+import run as bench
 from stribeck.bench import third_party
 from stribeck.identify.problem import MotionProblem
 from stribeck.optimize import Search, Target, configure, lockstep
-from stribeck.report.format import grouped
 from stribeck.report.table import Cell, Table
 from stribeck.space import Array
 from twins import TOLERANCE, Twin, twins
@@ -29,6 +30,9 @@ Contestant = Callable[[Twin, int, int], Count]
 #: The goal for `mbts`: always found, half of the times within the first count, always the second.
 MEDIAN, MOST = 350, 2000
 SKETCH = "100 random, then least squares"
+#: SciPy's solver at its best: screened starts, slopes over a length that suits a simulation.
+SCREENED = "scipy least_squares, best of 20 random"
+DFO_LS = "DFO-LS, best of 20 random"
 
 
 def ours(method: str, **settings: Any) -> Contestant:
@@ -124,6 +128,13 @@ def sketch(twin: Twin, seed: int, budget: int) -> Count:
 CONTESTANTS: dict[str, tuple[Contestant, tuple[int, int], tuple[int, int]]] = {
     "mbts": (ours("mbts"), (100, 5_000), (10, 5_000)),
     SKETCH: (sketch, (20, 20_000), (5, 20_000)),
+    SCREENED: (
+        theirs("least-squares", screened=20, diff_step=1e-3, ftol=1e-4, xtol=1e-4),
+        (20, 20_000),
+        (5, 20_000),
+    ),
+    DFO_LS: (theirs("dfo-ls", screened=20), (10, 5_000), (2, 5_000)),
+    "pycma lq-CMA-ES": (theirs("cma-lq"), (6, 5_000), (1, 2_000)),
     "scipy differential_evolution": (theirs("scipy-de"), (6, 60_000), (1, 30_000)),
     "scipy dual_annealing": (theirs("dual-annealing"), (6, 30_000), (1, 5_000)),
     "pycma IPOP": (theirs("cma-ipop"), (6, 20_000), (1, 5_000)),
@@ -132,6 +143,8 @@ CONTESTANTS: dict[str, tuple[Contestant, tuple[int, int], tuple[int, int]]] = {
 }
 #: Contestants on the random twins.
 RANDOM = ("mbts", SKETCH)
+#: Seeds on each random twin.
+SEEDS = 10
 
 
 def measure(quick: bool = False) -> dict[str, Any]:
@@ -143,7 +156,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
     demo = {t.name: _raced(t, list(CONTESTANTS), quick) for t in twins(random=False)}
     random = twins(demo=False)
     some = random[:: len(random) // 4] if quick else random
-    seeds = 3 if quick else 10
+    seeds = 3 if quick else SEEDS
     return {
         "within": TOLERANCE,
         "demo": demo,
@@ -158,7 +171,9 @@ def _raced(
     for name in names:
         run, full, short = CONTESTANTS[name]
         seeds, budget = short if quick else full
-        evaluations = [run(twin, seed, budget) for seed in range(min(seeds, most or seeds))]
+        if most is not None:
+            seeds = min(seeds, most)
+        evaluations = [run(twin, seed, budget) for seed in range(seeds)]
         counts[name] = {"budget": budget, "evaluations": evaluations}
     problem = twin.problem
     return {
@@ -179,9 +194,21 @@ def spread(counts: Sequence[Count]) -> tuple[int, float, float, float]:
     return int(np.isfinite(all_).sum()), all_[0], all_[len(all_) // 2], all_[-1]
 
 
+def added(results: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """Results with the counts of some contestants anew, those of the others as they were."""
+    known = {twin.name: twin for twin in twins()}
+    for group, contestants, most in (("demo", CONTESTANTS, None), ("random", RANDOM, SEEDS)):
+        for name, row in results[group].items():
+            some = [contestant for contestant in contestants if contestant in names]
+            counts = row["counts"] | _raced(known[name], some, quick=False, most=most)["counts"]
+            row["counts"] = {c: counts[c] for c in contestants if c in counts}
+            print(name, {c: spread(counts[c]["evaluations"]) for c in some}, flush=True)
+    return results
+
+
 def tables(results: dict[str, Any]) -> list[str]:
     """The counts, in Markdown."""
-    return [_demo(results).markdown(), _random(results).markdown()]
+    return [_demo(results).markdown(), _random(results).markdown(), _pooled(results).markdown()]
 
 
 def _demo(results: dict[str, Any]) -> Table:
@@ -216,30 +243,25 @@ def _random(results: dict[str, Any]) -> Table:
             Cell.number(1e3 * twin["noise"], 2),
             Cell.number(twin["best"], 4),
         )
-        by = [_cells(twin["counts"][method]["evaluations"]) for method in _methods(results)]
+        by = [_cells(twin["counts"][method]["evaluations"]) for method in RANDOM]
         rows.append((*fixed, *(cell for cells in by for cell in (cells[0], cells[2], cells[3]))))
-    shown = [(f"{method}: found", "median", "most") for method in _methods(results)]
+    shown = [(f"{method}: found", "median", "most") for method in RANDOM]
     return Table(
         "The same on twins with random true parameters",
         ("twin", "direction", "rate/Hz", "noise/mm", "best J/mm", *(h for hs in shown for h in hs)),
         tuple(rows),
-        " ".join(_pooled(results)),
     )
 
 
-def _methods(results: dict[str, Any]) -> list[str]:
-    return list(next(iter(results["random"].values()))["counts"])
-
-
-def _pooled(results: dict[str, Any]) -> Iterator[str]:
-    """A sentence a contestant over all random twins."""
-    for method in _methods(results):
+def _pooled(results: dict[str, Any]) -> Table:
+    """A row for each contestant over all random twins."""
+    rows = []
+    for method in next(iter(results["random"].values()))["counts"]:
         counts = [c for t in results["random"].values() for c in t["counts"][method]["evaluations"]]
-        hits, _, median, most = spread(counts)
-        yield (
-            f"All together, {method}: found in {hits} of {len(counts)} runs, median "
-            f"{grouped(median)}, most {grouped(most)}."
-        )
+        rows.append((Cell.label(method), *_cells(counts)))
+    return Table(
+        "All random twins together", ("who", "found", "least", "median", "most"), tuple(rows)
+    )
 
 
 def _cells(counts: Sequence[Count]) -> tuple[Cell, Cell, Cell, Cell]:
@@ -250,3 +272,17 @@ def _cells(counts: Sequence[Count]) -> tuple[Cell, Cell, Cell, Cell]:
 
 def _budget(counts: dict[str, Any]) -> Cell:
     return Cell(f"{counts['budget']:,}", counts["budget"])
+
+
+def main() -> None:
+    """Count some contestants anew, and keep that with what is known of the others."""
+    ask = argparse.ArgumentParser(description=main.__doc__)
+    ask.add_argument("names", nargs="+", choices=CONTESTANTS, metavar="WHO")
+    part = bench.read(bench.RESULTS)["identification"]
+    part["found"] = added(part["found"], ask.parse_args().names)
+    bench.keep(bench.RESULTS, "identification", part)
+    bench.renew_page()
+
+
+if __name__ == "__main__":
+    main()

@@ -17,18 +17,23 @@ from numpy.random import SeedSequence
 
 from stribeck.bench.third_party import PEERS, search
 from stribeck.errors import InputError
-from stribeck.optimize import Trace
+from stribeck.optimize import Trace, rms
 from stribeck.space import Array, Space, box
 
-EXTRAS = {"cma", "pymoo", "niapy"}
+EXTRAS = {"cma", "dfols", "pymoo", "niapy"}
 MISSING = {library for library in EXTRAS if importlib.util.find_spec(library) is None}
+
+
+def library_of(name: str) -> str:
+    """The library that a peer comes from."""
+    return {"dfo-ls": "dfols"}.get(name, name.partition("-")[0])
 
 
 def names(*, random: bool = False) -> pytest.MarkDecorator:
     """Every peer, or every one that draws; a test of one that is not installed is skipped."""
     params = []
     for name, peer in PEERS.items():
-        library = name.partition("-")[0]
+        library = library_of(name)
         absent = pytest.mark.skipif(library in MISSING, reason=f"{library} is not installed")
         if peer.random or not random:
             params.append(pytest.param(name, marks=absent))
@@ -68,6 +73,23 @@ class Bowl:
         return cost
 
 
+class Squares(Bowl):
+    """The same as residuals, whose RMS is the cost: the root of the bowl's."""
+
+    def residuals(self, x: Array, /) -> Array:
+        parts: Array = np.sqrt(3.0) * (x - [1.2, 0.7, 40.0]) / [10.0, 3.0, 100.0]
+        parts[np.isnan(super().__call__(x))] = np.nan
+        return parts
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.residuals(x))
+
+
+def bowl_for(name: str, **settings: float) -> Bowl:
+    """A bowl that a peer can search: with residuals where it wants them."""
+    return (Squares if PEERS[name].residuals else Bowl)(**settings)  # type: ignore[arg-type]
+
+
 @dataclass
 class Cube:
     """A plain bowl in any dimension."""
@@ -80,8 +102,10 @@ class Cube:
         return box([(-1.0, 2.0)] * self.dim)
 
     def __call__(self, x: Array, /) -> Array:
-        cost: Array = (x**2).sum(axis=1)
-        return cost
+        return rms(self.residuals(x))
+
+    def residuals(self, x: Array, /) -> Array:
+        return x
 
 
 def run(
@@ -93,17 +117,17 @@ def run(
 @every_peer
 @pytest.mark.parametrize("budget", [1, 2, 7, 101, 350])
 def test_the_budget_is_exact(name: str, budget: int) -> None:
-    bowl = Bowl()
+    bowl = bowl_for(name)
     trace, ended = run(name, bowl, budget)
     assert (len(trace), ended, bowl.rows) == (budget, "budget", budget)
     assert trace.u.min() >= 0
     assert trace.u.max() <= 1
-    assert np.array_equal(trace.f, Bowl()(bowl.space.decode(trace.u)))
+    assert np.array_equal(trace.f, bowl_for(name)(bowl.space.decode(trace.u)))
 
 
 @every_peer
 def test_the_batch_that_meets_the_target_is_the_last(name: str) -> None:
-    bowl = Bowl()
+    bowl = bowl_for(name)
     trace, ended = run(name, bowl, 2000, target=0.02)
     assert ended == "target"
     hit = trace.reached(0.02)
@@ -116,21 +140,25 @@ def test_the_seed_decides_and_the_global_generator_is_left_alone(name: str) -> N
     np.random.seed(4)  # noqa: NPY002 - it is the one that is to be left alone
     before = np.random.get_state(legacy=False)  # noqa: NPY002
     seed = SeedSequence(5, spawn_key=(1, 2))
-    first, _ = search(name, Bowl(), budget=400, target=None, seed=seed)
+    first, _ = search(name, bowl_for(name), budget=400, target=None, seed=seed)
     after = np.random.get_state(legacy=False)  # noqa: NPY002
     assert str(before) == str(after)
     np.random.seed(9)  # noqa: NPY002
-    run(name, Bowl(lower=-50.0), 130, seed=6)  # another search in between leaves nothing behind
-    repeated, _ = search(name, Bowl(), budget=400, target=None, seed=seed)
+    run(
+        name, bowl_for(name, lower=-50.0), 130, seed=6
+    )  # another search in between leaves nothing behind
+    repeated, _ = search(name, bowl_for(name), budget=400, target=None, seed=seed)
     assert np.array_equal(first.u, repeated.u)
     assert first.notes == repeated.notes
 
 
 @names(random=True)
 def test_another_seed_is_another_run(name: str) -> None:
-    first, second = run(name, Bowl(), seed=1)[0], run(name, Bowl(), seed=2)[0]
+    first, second = run(name, bowl_for(name), seed=1)[0], run(name, bowl_for(name), seed=2)[0]
     inside = ((first.u > 0) & (first.u < 1)).all(axis=1)
-    assert inside.sum() > 100
+    if PEERS[name].residuals:  # they come to the one minimum of a bowl, bit for bit
+        inside &= first.f > 1e-3
+    assert inside.sum() > (10 if PEERS[name].residuals else 100)
     assert not {u.tobytes() for u in first.u[inside]} & {u.tobytes() for u in second.u}
 
 
@@ -148,7 +176,11 @@ for name in {names}:
 def test_another_process_makes_the_same_runs() -> None:
     from stribeck.bench.surfaces import SURFACES  # noqa: PLC0415 - as over there
 
-    installed = [name for name in PEERS if name.partition("-")[0] not in MISSING]
+    installed = [
+        name
+        for name, peer in PEERS.items()
+        if library_of(name) not in MISSING and not peer.residuals
+    ]
     hashes = []
     for name in reversed(installed):
         trace, _ = search(name, SURFACES["RF"], budget=250, target=None, seed=SeedSequence(3))
@@ -165,7 +197,7 @@ def test_another_process_makes_the_same_runs() -> None:
 
 @every_peer
 def test_a_region_without_a_cost_is_survived(name: str) -> None:
-    trace, ended = run(name, Bowl(nan_below=-1.0), 600)
+    trace, ended = run(name, bowl_for(name, nan_below=-1.0), 600)
     assert (len(trace), ended) == (600, "budget")
     assert trace.failed > 0
     assert trace.cost < 0.02
@@ -174,7 +206,7 @@ def test_a_region_without_a_cost_is_survived(name: str) -> None:
 
 @every_peer
 def test_a_problem_without_any_cost_is_survived(name: str) -> None:
-    trace, ended = run(name, Bowl(nan_below=np.inf), 1300)
+    trace, ended = run(name, bowl_for(name, nan_below=np.inf), 1300)
     assert (len(trace), ended, trace.failed) == (1300, "budget", 1300)
 
 
@@ -187,22 +219,22 @@ def test_it_beats_random_search_on_a_bowl(name: str) -> None:
     passed by chance once in 20. The seed is fixed, so the test itself does not roll dice.
     """
     bound = 4e-4 if name == "niapy-bfo" else 1e-4
-    assert run(name, Bowl(), 1500, target=bound, seed=8)[1] == "target"
+    assert run(name, bowl_for(name), 1500, target=bound, seed=8)[1] == "target"
 
 
 @every_peer
 def test_the_error_of_a_problem_comes_out_as_it_is(name: str) -> None:
     with pytest.raises(BrokenError, match="cannot be run"):
-        run(name, Bowl(breaks_at=120))
+        run(name, bowl_for(name, breaks_at=120))
 
 
 @every_peer
 def test_it_does_the_same_off_the_main_thread(name: str) -> None:
     traces: list[Trace] = []
-    worker = threading.Thread(target=lambda: traces.append(run(name, Bowl())[0]))
+    worker = threading.Thread(target=lambda: traces.append(run(name, bowl_for(name))[0]))
     worker.start()
     worker.join()
-    assert np.array_equal(traces[0].u, run(name, Bowl())[0].u)
+    assert np.array_equal(traces[0].u, run(name, bowl_for(name))[0].u)
 
 
 @every_peer
@@ -214,7 +246,7 @@ def test_it_writes_and_prints_nothing(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     handlers = logging.getLogger().handlers[:]
-    run(name, Bowl())
+    run(name, bowl_for(name))
     assert capfd.readouterr() == ("", "")
     assert list(tmp_path.iterdir()) == []
     assert logging.getLogger().handlers == handlers
@@ -248,17 +280,33 @@ def test_rounds_are_generations() -> None:
         ("dual-annealing", {"restart_temp_ratio": 3.0}, "dual-annealing cannot run with these"),
         ("cma-ipop", {"sigma0": -1.0}, "sigma0 is a length of the unit cube"),
         ("pymoo-de", {"variant": "?"}, "pymoo-de cannot run with these settings: "),
+        ("dfo-ls", {"rhoend": 0.2}, "dfo-ls takes 0 < rhoend < rhobeg"),
+        ("least-squares", {"screened": 0}, "screened counts random points"),
     ],
 )
 def test_what_cannot_be_run_is_said_in_one_line(
     name: str, settings: dict[str, object], says: str
 ) -> None:
-    if name in {"cma-ipop", "pymoo-de"}:
-        pytest.importorskip(name.partition("-")[0])
+    if name in {"cma-ipop", "pymoo-de", "dfo-ls"}:
+        pytest.importorskip(library_of(name))
+    known = bowl_for(name) if name in PEERS else Bowl()
     with pytest.raises(InputError) as error:
-        search(name, Bowl(), budget=9, target=None, seed=SeedSequence(0), **settings)
+        search(name, known, budget=9, target=None, seed=SeedSequence(0), **settings)
     assert str(error.value).startswith(says)
     assert "\n" not in str(error.value)
+
+
+def test_a_peer_for_residuals_refuses_a_cost_alone() -> None:
+    with pytest.raises(InputError, match="dfo-ls minimises residuals, and bowl shows none"):
+        run("dfo-ls", Bowl())
+
+
+@pytest.mark.parametrize("name", ["dfo-ls", "least-squares"])
+def test_a_peer_begins_at_the_best_of_the_points_it_screens(name: str) -> None:
+    pytest.importorskip(library_of(name) if name == "dfo-ls" else "scipy")
+    trace, _ = search(name, Squares(), budget=60, target=None, seed=SeedSequence(2), screened=30)
+    assert np.array_equal(trace.u[30], trace.u[np.argmin(trace.f[:30])])
+    assert trace.ends[0] == 30
 
 
 @pytest.mark.parametrize(

@@ -68,6 +68,10 @@ class Identification:
         """(n, 5) parameters, SI, to (n,) J in mm."""
         return self.misfit(x)
 
+    def residuals(self, x: Array, /) -> Array:
+        """(n, 5) parameters, SI, to (n, samples) residuals in mm, whose RMS is J."""
+        return self.misfit.residuals(x)
+
 
 def problem(spec: Mapping[str, Any]) -> BenchProblem:
     """The problem of a table.

@@ -15,7 +15,6 @@ its function below.
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import itertools
 import logging
@@ -29,93 +28,18 @@ import numpy as np
 from numpy.random import SeedSequence
 
 from ..errors import InputError
-from ..optimize import METHODS, Problem, Target, Trace
-from ..optimize.lockstep import checked
+from ..optimize import METHODS, Problem, Trace
 from ..space import Array, Rng
+from .counter import Counter, Over
+from .library import library
+from .residual_peers import dfo_ls, least_squares
 
 #: Above this, scipy's `shgo` builds its first cells for minutes before it evaluates anything.
 SHGO_DIMENSIONS = 10
 
 
-class _Over(BaseException):
-    """The budget is spent or the target met. No library's `except Exception` may hold it up."""
-
-
-class _Counter:
-    """A problem as a peer sees it: it counts, keeps the trace and says when it is over.
-
-    Args:
-        problem: What is searched.
-        budget: Rows that may be evaluated.
-        target: Cost at or below which the run ends; None to go on.
-    """
-
-    def __init__(self, problem: Problem, budget: int, target: float | None) -> None:
-        self.problem, self.space, self.budget = problem, problem.space, budget
-        self.target = None if target is None else Target(target)
-        self.dim = self.space.dim
-        self.trace = Trace(self.dim)
-        self.ended: str | None = None
-        self.failure: Exception | None = None
-        self._rounds = 0
-        self._note: dict[str, Any] = {}
-
-    @property
-    def budget_left(self) -> int:
-        """Rows that may still be evaluated."""
-        return self.budget - len(self.trace)
-
-    def note(self, **fields: Any) -> None:
-        """Say something of the step that comes next."""
-        self._note |= fields
-
-    def round(self) -> None:
-        """The next step opens a round of search."""
-        self._rounds += 1
-        self.note(round=self._rounds)
-
-    def restarted(self) -> None:
-        """The next step begins anew."""
-        self.note(event="restart")
-
-    def generation(self, u: Any) -> Array:
-        """A batch that is a round of search."""
-        self.round()
-        return self.batch(u)
-
-    def batch(self, u: Any) -> Array:
-        """(n, dim) points to (n,) costs.
-
-        Raises:
-            _Over: nothing may be evaluated any more; always raised by the last batch.
-        """
-        if self.ended or self.failure:
-            raise _Over
-        u = np.asarray(u, dtype=float).reshape(-1, self.dim)[: self.budget_left]
-        u = np.fmin(np.fmax(u, 0.0), 1.0)
-        try:
-            costs = checked(self.problem(self.space.decode(u)), len(u)).copy()
-        except Exception as failure:
-            self.failure = failure  # libraries have a way of renaming what passes through them
-            raise
-        costs[~np.isfinite(costs)] = np.inf
-        self.trace.append(u, costs, dict(self._note))
-        self._note.clear()
-        if self.target and (word := self.target(self.trace)):
-            self.ended = word
-        elif not self.budget_left:
-            self.ended = "budget"
-        if self.ended:
-            raise _Over
-        return costs
-
-    def one(self, u: Any) -> float:
-        """(dim,) point to its cost."""
-        return float(self.batch(u)[0])
-
-
 def _scipy_de(
-    count: _Counter,
+    count: Counter,
     rng: Rng,
     *,
     strategy: str = "best1bin",
@@ -132,7 +56,7 @@ def _scipy_de(
     as a round of its own. scipy speaks after each generation, so the first is not told apart
     from the start.
     """
-    optimize = _library("scipy.optimize")
+    optimize = library("scipy.optimize")
     optimize.differential_evolution(
         count.one,
         [(0.0, 1.0)] * count.dim,
@@ -150,7 +74,7 @@ def _scipy_de(
 
 
 def _dual_annealing(
-    count: _Counter,
+    count: Counter,
     rng: Rng,
     *,
     initial_temp: float = 5230.0,
@@ -163,7 +87,7 @@ def _dual_annealing(
 
     Where a thousand points in a row have no finite cost it gives up with an error: an end.
     """
-    optimize = _library("scipy.optimize")
+    optimize = library("scipy.optimize")
     before = len(count.trace)
     try:
         optimize.dual_annealing(
@@ -183,7 +107,7 @@ def _dual_annealing(
             raise
 
 
-def _shgo(count: _Counter, rng: Rng, *, sampling_method: str = "simplicial", n: int = 100) -> None:
+def _shgo(count: Counter, rng: Rng, *, sampling_method: str = "simplicial", n: int = 100) -> None:
     """`scipy.optimize.shgo`, refined until the budget is spent; nothing in it is random.
 
     Its own time grows faster than the budget: two thousand evaluations take it seconds, three
@@ -194,7 +118,7 @@ def _shgo(count: _Counter, rng: Rng, *, sampling_method: str = "simplicial", n: 
     del rng
     if count.dim > SHGO_DIMENSIONS:
         raise InputError(f"shgo takes at most {SHGO_DIMENSIONS} dimensions, this has {count.dim}")
-    optimize = _library("scipy.optimize")
+    optimize = library("scipy.optimize")
     optimize.shgo(
         count.one,
         [(0.0, 1.0)] * count.dim,
@@ -204,10 +128,10 @@ def _shgo(count: _Counter, rng: Rng, *, sampling_method: str = "simplicial", n: 
     )
 
 
-def _direct(count: _Counter, rng: Rng, *, eps: float = 1e-4, locally_biased: bool = True) -> None:
+def _direct(count: Counter, rng: Rng, *, eps: float = 1e-4, locally_biased: bool = True) -> None:
     """`scipy.optimize.direct`, its tolerances at 0; nothing in it is random."""
     del rng
-    optimize = _library("scipy.optimize")
+    optimize = library("scipy.optimize")
     optimize.direct(
         count.one,
         [(0.0, 1.0)] * count.dim,
@@ -221,7 +145,7 @@ def _direct(count: _Counter, rng: Rng, *, eps: float = 1e-4, locally_biased: boo
 
 
 def _cma_ipop(
-    count: _Counter,
+    count: Counter,
     rng: Rng,
     *,
     sigma0: float = 0.25,
@@ -236,7 +160,7 @@ def _cma_ipop(
 
 
 def _cma_bipop(
-    count: _Counter,
+    count: Counter,
     rng: Rng,
     *,
     sigma0: float = 0.25,
@@ -247,14 +171,65 @@ def _cma_bipop(
     _cma(count, rng, sigma0, popsize, restarts, bipop=True)
 
 
-def _cma(
-    count: _Counter, rng: Rng, sigma0: float, popsize: int | None, restarts: int, *, bipop: bool
+def _cma_lq(
+    count: Counter,
+    rng: Rng,
+    *,
+    sigma0: float = 0.25,
+    popsize: int | None = None,
+    restarts: int = 9,
 ) -> None:
+    """`cma.fmin_lq_surr2`: CMA-ES beside a linear or quadratic model (Hansen, GECCO 2019).
+
+    Its model takes finite costs alone: what cannot be run costs as much as the worst so far. It
+    thinks for half a millisecond or more between evaluations.
+    """
+    cma, options = _cma_options(count, rng, sigma0, popsize)
+    starts = itertools.count()
+
+    def cost(u: Any) -> float:
+        answer = count.one(u)
+        if np.isfinite(answer):
+            return answer
+        known = count.trace.f[np.isfinite(count.trace.f)]
+        return float(known.max()) if len(known) else 0.0
+
+    def start() -> Array:
+        if next(starts):
+            count.restarted()
+        return rng.random(count.dim)
+
+    cma.fmin_lq_surr2(
+        cost, start, sigma0, options, restarts=restarts, callback=lambda _: count.round()
+    )
+
+
+def _cma(
+    count: Counter, rng: Rng, sigma0: float, popsize: int | None, restarts: int, *, bipop: bool
+) -> None:
+    cma, options = _cma_options(count, rng, sigma0, popsize)
+    starts = itertools.count()
+    cma.fmin2(
+        count.one,  # the mean that a start ends with
+        lambda: rng.random(count.dim),
+        sigma0,
+        options,
+        restarts=restarts,
+        bipop=bipop,
+        parallel_objective=lambda points: count.generation(points).tolist(),
+        init_callback=lambda _: count.restarted() if next(starts) else None,
+    )
+
+
+def _cma_options(
+    count: Counter, rng: Rng, sigma0: float, popsize: int | None
+) -> tuple[Any, dict[str, Any]]:
+    """pycma, and what it is told besides its first deviation."""
     if count.dim < 2:  # noqa: PLR2004 - pycma's own rule, which it finds out too late
         raise InputError("CMA-ES takes two dimensions or more, this has 1")
     if not sigma0 > 0:  # pycma goes on with it
         raise InputError(f"sigma0 is a length of the unit cube above 0, got {sigma0!r}")
-    cma = _library("cma")
+    cma = library("cma")
     options = {
         "bounds": [0.0, 1.0],
         "randn": lambda *shape: rng.standard_normal(shape),
@@ -264,42 +239,32 @@ def _cma(
         "verb_disp": 0,
         "signals_filename": None,
     }
-    starts = itertools.count()
-    cma.fmin2(
-        count.one,  # the mean that a start ends with
-        lambda: rng.random(count.dim),
-        sigma0,
-        options | ({"popsize": popsize} if popsize else {}),
-        restarts=restarts,
-        bipop=bipop,
-        parallel_objective=lambda points: count.generation(points).tolist(),
-        init_callback=lambda _: count.restarted() if next(starts) else None,
-    )
+    return cma, options | ({"popsize": popsize} if popsize else {})
 
 
-def _pymoo_ga(count: _Counter, rng: Rng, *, pop_size: int = 100) -> None:
+def _pymoo_ga(count: Counter, rng: Rng, *, pop_size: int = 100) -> None:
     """The `GA` of pymoo. It goes on until the budget is spent: its default end is before 1e-6."""
-    ga = _library("pymoo.algorithms.soo.nonconvex.ga")
+    ga = library("pymoo.algorithms.soo.nonconvex.ga")
     # Its default operators are shared between all instances: here are others like them.
-    crossover = _library("pymoo.operators.crossover.sbx").SBX()
-    mutation = _library("pymoo.operators.mutation.pm").PM()
+    crossover = library("pymoo.operators.crossover.sbx").SBX()
+    mutation = library("pymoo.operators.mutation.pm").PM()
     _pymoo(count, rng, ga.GA(pop_size=pop_size, crossover=crossover, mutation=mutation))
 
 
 def _pymoo_de(
-    count: _Counter, rng: Rng, *, pop_size: int = 100, variant: str = "DE/best/1/bin"
+    count: Counter, rng: Rng, *, pop_size: int = 100, variant: str = "DE/best/1/bin"
 ) -> None:
     """The `DE` of pymoo. It goes on until the budget is spent: its default end is before 1e-6."""
-    de = _library("pymoo.algorithms.soo.nonconvex.de")
+    de = library("pymoo.algorithms.soo.nonconvex.de")
     _pymoo(count, rng, de.DE(pop_size=pop_size, variant=variant))
 
 
-def _pymoo(count: _Counter, rng: Rng, algorithm: Any) -> None:
-    problem = _library("pymoo.core.problem").Problem(n_var=count.dim, n_obj=1, xl=0.0, xu=1.0)
-    endless = _library("pymoo.core.termination").NoTermination()
+def _pymoo(count: Counter, rng: Rng, algorithm: Any) -> None:
+    problem = library("pymoo.core.problem").Problem(n_var=count.dim, n_obj=1, xl=0.0, xu=1.0)
+    endless = library("pymoo.core.termination").NoTermination()
     algorithm.termination = endless
     algorithm.setup(problem, seed=_whole(rng))
-    static = _library("pymoo.problems.static").StaticProblem
+    static = library("pymoo.problems.static").StaticProblem
     while (infill := algorithm.ask()) is not None and len(infill):
         costs = count.batch(infill.get("X"))
         algorithm.evaluator.eval(static(problem, F=costs[:, None]), infill)
@@ -308,7 +273,7 @@ def _pymoo(count: _Counter, rng: Rng, algorithm: Any) -> None:
 
 
 def _niapy_bfo(
-    count: _Counter,
+    count: Counter,
     rng: Rng,
     *,
     population_size: int = 50,
@@ -329,9 +294,9 @@ def _niapy_bfo(
     once a budget of its own is spent: it is given none.
     """
     with _logging_kept():
-        bfo = _library("niapy.algorithms.basic.bfo")
-        core, task = _library("niapy.problems"), _library("niapy.task")
-        callbacks = _library("niapy.callbacks")
+        bfo = library("niapy.algorithms.basic.bfo")
+        core, task = library("niapy.problems"), library("niapy.task")
+        callbacks = library("niapy.callbacks")
     counted = type("Counted", (core.Problem,), {"_evaluate": lambda _, x: count.one(x)})
     rounds = callbacks.Callback()
     rounds.before_iteration = lambda *_, **__: count.round()
@@ -357,10 +322,11 @@ def _niapy_bfo(
 
 @dataclass(frozen=True)
 class _Peer:
-    """How a peer is run, and whether another run brings other points."""
+    """How a peer is run, whether another run brings other points, whether it wants residuals."""
 
     run: Callable[..., None]
     random: bool = True
+    residuals: bool = False
 
     @property
     def settings(self) -> Mapping[str, inspect.Parameter]:
@@ -377,9 +343,12 @@ PEERS: dict[str, _Peer] = {
     "direct": _Peer(_direct, random=False),
     "cma-ipop": _Peer(_cma_ipop),
     "cma-bipop": _Peer(_cma_bipop),
+    "cma-lq": _Peer(_cma_lq),
     "pymoo-ga": _Peer(_pymoo_ga),
     "pymoo-de": _Peer(_pymoo_de),
     "niapy-bfo": _Peer(_niapy_bfo),
+    "dfo-ls": _Peer(dfo_ls, residuals=True),
+    "least-squares": _Peer(least_squares, residuals=True),
 }
 
 
@@ -411,9 +380,11 @@ def search(
             the settings.
     """
     peer = chosen(name, settings)
+    if peer.residuals and not hasattr(problem, "residuals"):
+        raise InputError(f"{name} minimises residuals, and {problem.name} shows none")
     if budget < 1:
         raise InputError(f"budget must be a whole number of evaluations >= 1, got {budget!r}")
-    count = _Counter(problem, budget, target)
+    count = Counter(problem, budget, target)
     for stream in _streams(seed):
         before = len(count.trace)
         _once(name, peer, count, stream, settings)
@@ -444,13 +415,13 @@ def chosen(name: str, settings: Mapping[str, Any]) -> _Peer:
 
 
 def _once(
-    name: str, peer: _Peer, count: _Counter, stream: SeedSequence, settings: Mapping[str, Any]
+    name: str, peer: _Peer, count: Counter, stream: SeedSequence, settings: Mapping[str, Any]
 ) -> None:
     """One run of a peer, to its end or ours."""
     try:
         with _contained(stream):
             peer.run(count, np.random.default_rng(stream), **settings)
-    except _Over:
+    except Over:
         pass
     except InputError:
         raise
@@ -491,14 +462,6 @@ def _contained(stream: SeedSequence) -> Iterator[None]:
 def _whole(rng: Rng) -> int:
     """A seed for a library that takes a whole number."""
     return int(rng.integers(2**31))
-
-
-def _library(module: str) -> Any:
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        library = module.partition(".")[0]
-        raise InputError(f"{library} is not installed: pip install 'stribeck[bench]'") from None
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import threading
 import time
@@ -60,7 +59,7 @@ class Interruption:
         self._number = number
         self._since = self._since or time.monotonic()
         if _importing(frame) and time.monotonic() - self._since < LONGEST_IMPORT:
-            again = threading.Timer(LOOK, os.kill, (os.getpid(), number))
+            again = threading.Timer(LOOK, signal.raise_signal, (number,))
             again.daemon = True
             again.start()
             return
