@@ -122,7 +122,7 @@ def _stored_frame(records: Sequence[AxisRecord], folder: Path) -> pl.DataFrame:
         machine, axis, when = records[0].job.labels
         raise InputError(
             f"{folder}: the records of {machine} from {axis} {when} on are damaged ({line:.200}): "
-            "restore a copy of the store or take another --out"
+            "restore a copy of the store or take another folder"
         ) from error
 
 
