@@ -209,6 +209,18 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         ("[controller.damped]", "[controller.pid]", "no controller 'pid': there are pd, damped"),
         ("kd = 0.3", "ki = 0.3", r"controller.damped has no 'ki': it has kp, kd"),
         ("I_max = 8.0", "I_max = -8.0", "I_max = -8 must be above zero"),
+        ("I_max = 8.0", "I_max = 8.0\narmature = -0.1", "armature = -0.1 must not be below 0"),
+        ("m = 0.4", "m = -0.4", "m = -0.4 must not be below 0"),
+        (
+            "[load.pendulum]",
+            "[transmission.gear]\nratio = 5.0\neta = 1.2\n[load.pendulum]",
+            "eta = 1.2 must not be above 1",
+        ),
+        (
+            "[load.pendulum]",
+            "[transmission.gear]\nratio = 5.0\neta = { free = [0.5, 2] }\n[load.pendulum]",
+            r"gear.eta: free = \[0.5, 2\]: it must not be above 1",
+        ),
         ("I_max = 8.0", "I_max = { free = [3, 2] }", r"motor.current.I_max: free = \[3, 2\]"),
         ("rotary = true", "rotary = false", "load.pendulum is of rotary axes, and this one is"),
         ("[load.pendulum]\nm = 0.4\nl = 0.2", "", "load: is missing"),

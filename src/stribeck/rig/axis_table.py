@@ -202,8 +202,8 @@ def _coefficient(
             raise InputError(f"{place}: free = [{low:g}, {high:g}]: the first is not below")
         if c.setting:
             raise InputError(f"{place} is a choice: no log identifies it; give a number")
-        if c.positive and not low > 0:
-            raise InputError(f"{place}: free = [{low:g}, {high:g}]: it must be above zero")
+        if fault := c.fault(low) or c.fault(high):
+            raise InputError(f"{place}: free = [{low:g}, {high:g}]: it {fault}")
         return c.searched(low, high)
     if isinstance(value, _Column):
         if other := columns.get(value.column):

@@ -167,8 +167,8 @@ class ComposedRig(SteppedRig):
         for part in self.parts:
             for c in part.coefficients:
                 value = values.get(c.name)
-                if value is not None and c.positive and not value > 0:
-                    raise InputError(f"rig {self.name}: {c.name} = {value:g} must be above zero")
+                if value is not None and (fault := c.fault(value)):
+                    raise InputError(f"rig {self.name}: {c.name} = {value:g} {fault}")
         hold = values.get("hold", FOLLOWS)
         if hold not in (FOLLOWS, *range(1, LATE + 1)):
             raise InputError(

@@ -96,8 +96,6 @@ class TwoMassRig(ComposedRig):
                 f"rig {self.name}: F_fm: friction of a motor with inertia is a law: [friction] "
                 'side = "both"'
             )
-        if values.get("play", 0.0) < 0.0 or values.get("damping", 0.0) < 0.0:
-            raise InputError(f"rig {self.name}: play and damping must not be below zero")
 
     def constants_of_drive(self, law: Law, own: Array, run: Array) -> Array:
         """The rows of coupling, motor and load in one; see `coupled_row`."""

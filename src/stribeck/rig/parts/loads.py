@@ -67,10 +67,10 @@ PENDULUM = Part(
     doc="a weight at the end of a uniform arm",
     equation="(m l² + m_arm l²/3) a = F − (m + m_arm/2) g l sin(q + q_offset) − F_f",
     coefficients=(
-        Coefficient("m", "kg", "mass at the end of the arm", lower=0.0, upper=1e3),
+        Coefficient("m", "kg", "mass at the end of the arm", lower=0.0, upper=1e3, least=0.0),
         Coefficient("l", "m", "its distance from the shaft", lower=1e-3, upper=10.0,
                     positive=True),
-        Coefficient("m_arm", "kg", "mass of the arm itself, uniform", 0.0, 0.0, 1e3),
+        Coefficient("m_arm", "kg", "mass of the arm itself, uniform", 0.0, 0.0, 1e3, least=0.0),
         Coefficient("q_offset", "rad", "minus the angle at which it hangs", 0.0, -3.2, 3.2,
                     symbol="q_0"),
         Coefficient("g", "m/s**2", "gravity", 9.80665),

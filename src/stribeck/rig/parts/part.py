@@ -42,6 +42,8 @@ class Coefficient:
         symbol: How a figure prints it.
         rotary: Unit on a rotary axis, where that is another.
         positive: Whether nothing can be simulated with a value of 0 or below.
+        least: Least value that such a thing can have.
+        most: Greatest.
         setting: Whether it is a choice and no quantity, so that nothing identifies it.
         constant: Where its value is stated.
         free: Whether it is stated to be identified.
@@ -57,6 +59,8 @@ class Coefficient:
     symbol: str = ""
     rotary: str = ""
     positive: bool = False
+    least: float = -np.inf
+    most: float = np.inf
     setting: bool = False
     constant: Constant | None = None
     free: bool = False
@@ -93,6 +97,14 @@ class Coefficient:
         """The same quantity, to be identified within a range, SI."""
         logarithmic = (self.log if log is None else log) and lower > 0
         return replace(self, constant=None, free=True, lower=lower, upper=upper, log=logarithmic)
+
+    def fault(self, value: float) -> str:
+        """What is wrong with a value, or nothing."""
+        if self.positive and not value > 0.0:
+            return "must be above zero"
+        if value < self.least:
+            return f"must not be below {self.least:g}"
+        return f"must not be above {self.most:g}" if value > self.most else ""
 
     @property
     def identified(self) -> bool:

@@ -13,9 +13,9 @@ from .part import Coefficient, Part
 
 _EFFICIENCIES = (
     Coefficient("eta", "", "efficiency where the motor drives the load", 1.0, 0.01, 1.0,
-                positive=True),
+                positive=True, most=1.0),
     Coefficient("eta_back", "", "efficiency where the load drives the motor", 1.0, 0.01, 1.0,
-                positive=True),
+                positive=True, most=1.0),
 )  # fmt: skip
 
 
@@ -92,11 +92,11 @@ COMPLIANT = Part(
                     lower=1.0, upper=1e9, log=True, rotary="N m/rad", symbol="k",
                     positive=True),
         Coefficient("damping", "N s/m", "damping beside it", 0.0, 0.0, 1e6,
-                    rotary="N m s/rad", symbol="d"),
+                    rotary="N m s/rad", symbol="d", least=0.0),
         Coefficient("play", "m", "way of the load from flank to flank with the motor held", 0.0,
-                    0.0, 1.0, rotary="rad", symbol="b"),
+                    0.0, 1.0, rotary="rad", symbol="b", least=0.0),
         Coefficient("start", "", "where in the play a motion starts, −1 to 1, if no encoder tells",
-                    0.0, -1.0, 1.0),
+                    0.0, -1.0, 1.0, least=-1.0, most=1.0),
         *_EFFICIENCIES,
     ),
     terms=lambda values: {
