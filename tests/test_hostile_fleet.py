@@ -1,6 +1,7 @@
 """Manifests, stores and tables that somebody has spoilt: one line, and nothing changed."""
 
 import datetime as dt
+import errno
 import os
 import shutil
 import sqlite3
@@ -14,6 +15,7 @@ import pytest
 from command import caller
 from fleet_logs import force_log
 from stribeck import InputError, fleet, read
+from stribeck.data.readers.log_map import LogMap, save_map, saved_maps
 from stribeck.fleet.axis_job import axis_jobs
 from stribeck.fleet.axis_run import axis_record
 from stribeck.fleet.drift import drift
@@ -335,3 +337,21 @@ def test_a_report_of_no_axis_is_refused_before_the_work(
     assert (shown.status, shown.out) == (2, "")
     assert shown.err == "stribeck: report y: the manifest has no such axis or time\n"
     assert not (tmp_path / "out").exists()
+
+
+def test_a_map_that_the_disk_cannot_take_leaves_the_maps_that_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_map(tmp_path, ["a"], LogMap.of({"position": "a [m]"}))
+    write = Path.write_text
+
+    def full(file: Path, text: str, **words: Any) -> int:
+        write(file, text[: len(text) // 2], **words)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(Path, "write_text", full)
+        with pytest.raises(OSError, match="No space left"):
+            save_map(tmp_path, ["b"], LogMap.of({"position": "b [m]"}))
+    assert [heads for heads, _ in saved_maps(tmp_path)] == [["a"]]
+    assert len(list(tmp_path.iterdir())) == 1  # nothing of the draft is left

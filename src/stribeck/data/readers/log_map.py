@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, cast
 
+from ...draft import Draft
 from ...drive import DriveChain
 from ...errors import InputError
 from ...text_file import toml_value
@@ -153,8 +154,15 @@ def save_map(folder: Path, heads: Sequence[str], used: LogMap) -> Path:
     others = [e for e in _saved(file) if e.get("heads") != list(heads)]
     entries = [*others, {"heads": list(heads), **used.table()}]
     text = "\n".join(f"[[log]]\n{_toml(entry)}" for entry in entries)
-    file.write_text(f"# Which column is which channel, for logs with these heads.\n{text}",
-                    encoding="utf-8")  # fmt: skip
+    draft = Draft(folder)  # on a full disk the maps that there are stay
+    try:
+        (draft.files / FILE).write_text(
+            f"# Which column is which channel, for logs with these heads.\n{text}", encoding="utf-8"
+        )
+    except BaseException:
+        draft.discard()
+        raise
+    draft.publish()
     return file
 
 
