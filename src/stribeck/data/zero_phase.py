@@ -9,6 +9,7 @@ few blocks. Columns go through together: their recursions do not wait for each o
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numba import boolean, float64, void
@@ -38,10 +39,7 @@ def zero_phase(sections: Array, signal: Signal, n: int, padding: int, every: sli
         padding: Samples by which they are mirrored about their ends.
         every: Which samples are kept, with all three numbers.
     """
-    from scipy.signal import sosfilt_zi  # noqa: PLC0415 - slow to import
-
-    rest = sosfilt_zi(sections)
-    reach = _reach(sections)
+    rest, reach = _settling(np.ascontiguousarray(sections).tobytes())
     block = max(BLOCK, _LONGER * reach)
     total, count, done = n + 2 * padding, 0, 0
     state: Array | None = None
@@ -66,6 +64,15 @@ def zero_phase(sections: Array, signal: Signal, n: int, padding: int, every: sli
         count, done = count + len(some), stop
     assert kept is not None  # noqa: S101 - a column has samples
     return kept
+
+
+@lru_cache(maxsize=64)  # a search filters thousands of times by the same sections
+def _settling(sections: bytes) -> tuple[Array, int]:
+    """The state (n, 2) of sections (n, 6) under a constant 1, and samples until it is forgotten."""
+    from scipy.signal import sosfilt_zi  # noqa: PLC0415 - slow to import
+
+    table = np.frombuffer(sections).reshape(-1, 6)
+    return sosfilt_zi(table), _reach(table)
 
 
 def _reach(sections: Array) -> int:

@@ -12,7 +12,7 @@ from numba import float64, types
 from ..compile_cache import compiled
 from ..data.filtering import Filtering
 from ..errors import InputError
-from ..friction import LOADS, RUB_TYPE, SLIP_TYPE
+from ..friction import LOADS, RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ..friction.law import POSITION, TEMPERATURE
 from ..space import Array, Param
 from .equation import Equation, Input
@@ -233,9 +233,9 @@ class BalancedRig(Rig):
         p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
         v = np.ascontiguousarray(v, dtype=float)
         rub: Array = (
-            slips(law.slip, v, p)
+            slips(addressed(law.slip), v, p)
             if law.rub is None or law.states
-            else rubs(law.rub, v, np.ascontiguousarray(loads), p)
+            else rubs(addressed(law.rub, RUB_SIGNATURE), v, np.ascontiguousarray(loads), p)
         )
         return rub * _factor(law, p, loads) if law.terms else rub
 

@@ -15,7 +15,7 @@ from numba import float64, int64, types
 from numpy.typing import NDArray
 
 from ..compile_cache import compiled
-from ..friction import LOADS, RUB_TYPE
+from ..friction import LOADS, RUB_SIGNATURE, RUB_TYPE, addressed
 from ..space import Array
 
 if TYPE_CHECKING:
@@ -73,9 +73,8 @@ class MeasuredPath:
         """
         z = np.zeros(law.states) if first is None else first
         p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
-        return np.asarray(
-            along(law.rub, self.way, self.v, self.dt, self.starts, z, np.zeros(len(LOADS)), p)
-        )
+        rub, load = addressed(law.rub, RUB_SIGNATURE), np.zeros(len(LOADS))
+        return np.asarray(along(rub, self.way, self.v, self.dt, self.starts, z, load, p))
 
     def thinned(self) -> MeasuredPath:
         """The same path by every other sample, from the first on."""

@@ -29,7 +29,7 @@ from ...data.filtering import (
 )
 from ...data.motion_path import motion_path
 from ...data.resolution import noise_of, step
-from ...data.zero_phase import Samples, Signal
+from ...data.zero_phase import BLOCK, Samples, Signal
 from ...errors import InputError
 from ...friction.law import HARMONIC
 from ...rig.balanced import BalancedRig, as_balanced
@@ -125,8 +125,23 @@ class Log:
 
     def motion(self, at: Samples) -> FilteredMotion:
         """The motion at some samples."""
+        if self._is_short:
+            v, a, loads = self._whole_motion
+            return FilteredMotion(v[at], a[at], loads[at])
         loads = self.loads(self.clock[at], self.position[at])
         return FilteredMotion(self.v[at], self.a[at], loads)
+
+    @property
+    def _is_short(self) -> bool:
+        """Whether all of it is no more than a block: then what is asked for in parts is kept."""
+        return len(self) <= BLOCK
+
+    @cached_property
+    def _whole_motion(self) -> FilteredMotion:
+        every = slice(0, len(self))
+        return FilteredMotion(
+            self.v[every], self.a[every], self.loads(self.clock[every], self.position[every])
+        )
 
     @cached_property
     def _gaps(self) -> Gaps:
@@ -138,6 +153,12 @@ class Log:
 
     def thin(self, signal: Signal) -> Array:
         """A signal at full rate bridged, decimated, and only the rows that count."""
+        if self._is_short:
+            whole = signal(slice(0, len(self)))
+
+            def signal(at: Samples) -> Array:
+                return whole[at]
+
         thinned: Array = decimated(self.bridged(signal), len(self), self.factor)[self.counts]
         return thinned if self.weight is None else (thinned.T * self.weight).T
 
