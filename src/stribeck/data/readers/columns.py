@@ -243,7 +243,7 @@ def mapped_choice(heads: Heads, channel: str, entry: Entry) -> Choice:
 
 def _unmapped_unit(column: str, channel: str) -> str:
     name, example = shortened(column), usual_unit(channel, column)
-    mapped = f'map it as {channel} = "{name} [{example}]"'
+    mapped = f"say it, as in {option('columns', {channel: f'{name} [{example}]'})}"
     stated = f"say it, as in {option('units', {name: example})}"
     return f"column {name} has no unit: {either(mapped, stated)}"
 
