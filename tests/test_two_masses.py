@@ -184,6 +184,26 @@ def test_two_encoders_tell_compliance_play_and_both_frictions(two_encoders: Fit)
     assert play.high - play.low < 0.02 * SERVO["play"]
 
 
+def test_a_motion_that_no_loop_holds_is_fitted_by_its_beginning_first(tmp_path: Path) -> None:
+    """Under a recorded force; over the whole log J has minima at several times the noise."""
+    stated = {"M_m": SERVO["armature"], **SERVO}
+    motor, load = plain_steps.simulate(stated, t, 1000, drive=FORCE)
+    rng = np.random.default_rng(0)
+    motor = 2e2 * np.pi / 1e-3 * (motor + 1e-6 * rng.standard_normal(len(t)))
+    load = load + 2e-6 * rng.standard_normal(len(t))
+    np.savetxt(tmp_path / "log.csv", np.column_stack([t, load, FORCE, motor]), delimiter=",",
+               header="t [s],q [m],F [N],shaft", comments="", fmt="%.12g")  # fmt: skip
+    text = AXIS.replace("[controller.damped]\nkp = 20000.0\nkd = 300.0\n", "")
+    text = text.replace('command = "goal [m]"', 'force = "F [N]"')
+    (tmp_path / "axis.toml").write_text(text, encoding="utf-8")
+    fit = identify(tmp_path / "log.csv", rig=str(tmp_path / "axis.toml"), repeats=1, budget=400,
+                   delay=0.0)  # fmt: skip
+    for e in fit.estimates:
+        assert abs(e.value / SERVO[e.name] - 1.0) < 0.04, e.name
+        assert e.verdict != "identified"
+    assert any("no controller holds the two masses" in w for w in fit.warnings)
+
+
 def test_what_moves_one_mass_refuses_two(two_encoders: Fit) -> None:
     words = "a joint there has one mass and no play, and rig axis has two"
     for target in ("mjcf", "urdf"):

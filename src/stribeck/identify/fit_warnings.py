@@ -10,6 +10,7 @@ from ..data.recording import Recording
 from ..friction import LAWS
 from ..rig import Rig
 from ..rig.simulated import as_simulated
+from ..rig.two_masses import TwoMassRig
 from ..units import unit
 from ..wording import option
 from .conditions import Violation
@@ -63,6 +64,14 @@ def misfit_violations(
         repeats: All of them.
     """
     search = "" if rivals > 1 else _unconfirmed(repeats)
+    rig = parameters.rig
+    if isinstance(rig, TwoMassRig) and not rig.commanded:
+        sentence = (
+            "no controller holds the two masses, so that where in its play and how fast the motion "
+            "began moves all that follows, which no interval knows: log the axis in a loop, with "
+            "its command, and state [controller]"
+        )
+        return [Violation("model", sentence)]
     if explains_little(parameters, score):
         ends = [f"the range of {e.name} ({option('bounds')})" for e in estimates if e.at_bound]
         causes = [

@@ -15,6 +15,7 @@ from ..space import Array
 from .displaced_inertia import displaced_inertia
 from .fit_warnings import NOISY, RIVAL, noise_floor
 from .free_constants import FreeConstantsProblem
+from .growing_span import growing_span
 from .initial_state import FreeStartProblem, free_starts
 from .nested_answers import contained, descended, nested_answers
 from .polish import Polished, polish, polish_run
@@ -310,6 +311,8 @@ def _refined_answer(
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
         best = ripple_orders(problem, best)
+        grown = growing_span(problem, best)
+        best = grown if grown.cost == best.cost else _along_valley(problem, grown)
         best = replace(best, rivals=tuple(starts))
     except KeyboardInterrupt:
         return best, True
