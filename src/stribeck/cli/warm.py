@@ -16,12 +16,12 @@ def warm(json: Json = False) -> None:
     from ..friction import LAWS
     from ..identify.balance import variable_projection
     from ..rig import RIGS, balanced
-    from ..rig.motion import coupled_motions, force_imbalance, stiff_slide
+    from ..rig.motion import coupled_motions, force_imbalance, spring_motion, stiff_slide
     from ..rig.twin import TestBed
 
     # Modules compile as they are imported, laws and rigs as they are taken, the test bed as it runs.
     del closed_loop, limit_cycle, motion_path, segmentation, variable_projection
-    del balanced, coupled_motions, force_imbalance, stiff_slide
+    del balanced, coupled_motions, force_imbalance, spring_motion, stiff_slide
     list(LAWS.values()), list(RIGS.values())
     TestBed(loop="sensors", speed=1.0).run("up")
     if tally.compiled and not tally.kept:
