@@ -1,4 +1,4 @@
-"""How often drift raises false alarms, and how soon and how well it finds a step.
+"""How often drift raises false alarms, how soon and how well it finds a step, and wear.
 
     python benchmarks/drift.py [--years N] [--quick]
 
@@ -39,13 +39,15 @@ TWINS = {
 }
 #: Logs before a step, and after it.
 BEFORE, AFTER = 60, 30
+#: Wear, of the level by week; logs after the alarm from which its slope is told, too.
+WEAR, MORE = 0.01, 10
 
 
 def series(twin: Twin, count: int, seed: int) -> Series:
     """So many logs of a twin."""
     days, values, _ = (np.array(c) for c in zip(*twin.estimates(count, seed), strict=True))
     kinds = np.zeros(count, dtype=np.int64)
-    return Series(values, np.zeros(count), days.astype(np.int64), kinds)
+    return Series(values, np.zeros(count), days.astype(float), kinds)
 
 
 def first(part: Series, limits: Limits, at: int) -> Any:
@@ -77,10 +79,10 @@ def steps(logs: int, twin: Twin, twins: int) -> dict[str, Any]:
         if alarm is None:
             continue
         delays.append(alarm.at - BEFORE + 1)
-        late.append(alarm.change)
+        late.append(alarm.changes)
         n = alarm.at + 1
-        then = Series(whole.values[:n], whole.errors[:n], whole.days[:n], whole.kinds[:n])
-        early.append(first(then, limits, BEFORE).change)
+        then = Series(whole.values[:n], whole.errors[:n], whole.times[:n], whole.kinds[:n])
+        early.append(first(then, limits, BEFORE).changes)
     return {
         "twins": twins,
         "found within 30 logs": round(len(delays) / twins, 3),
@@ -91,21 +93,58 @@ def steps(logs: int, twin: Twin, twins: int) -> dict[str, Any]:
     }
 
 
+def wear(logs: int, twin: Twin, twins: int) -> dict[str, Any]:
+    """When wear of 1 % a week is told that begins after so many logs, and as what."""
+    limits = Limits.of(CHARTS * logs)
+    every, weekly = round(365 / logs), WEAR * LEVEL
+    grown, shapes, ramps = list[float](), list[str](), list[Any]()
+    for k in range(twins):
+        flat = series(twin, BEFORE + 2 * AFTER, 20_000 + k)
+        times = flat.times * every
+        worn = flat.values + weekly / 7.0 * np.maximum(0.0, times - times[BEFORE])
+        whole = Series(worn, flat.errors, times, flat.kinds)
+        alarm = first(whole, limits, BEFORE)
+        if alarm is None:
+            continue
+        grown.append(float(times[alarm.at] - times[BEFORE]) / 7.0)
+        n = alarm.at + 1 + MORE
+        then = Series(worn[:n], flat.errors[:n], times[:n], flat.kinds[:n])
+        changes = first(then, limits, BEFORE).changes
+        shapes.append(changes[0].shape)
+        ramps += [c for c in changes if c.shape == "ramp"]
+    held = sum(7.0 * c.low <= weekly <= 7.0 * c.high for c in ramps)
+    return {
+        "twins": twins,
+        "told": round(len(grown) / twins, 3),
+        "mean delay, weeks": round(float(np.mean(grown)), 2),
+        "10 logs after the alarm": {
+            "likelier a ramp": round(shapes.count("ramp") / len(shapes), 3),
+            "median slope, % a week": round(
+                700 * float(np.median([c.size for c in ramps])) / LEVEL, 2
+            ),
+            "intervals that hold 1 %": round(held / len(ramps), 3),
+        },
+    }
+
+
 def sizes(changes: list[Any], truth: float) -> dict[str, float]:
     """Mean size beside the truth's, and the share of intervals that hold it."""
-    told = [c for c in changes if c is not None]
+    told = [c for each in changes for c in each if c.shape == "step"]
     if not told:
         return {}
     held = sum(c.low <= truth <= c.high for c in told)
     return {
-        "mean size, % of the level": round(100 * float(np.mean([c.size for c in told])) / LEVEL, 2),
+        "mean size, % of the level": round(100 * float(np.mean([c.size for c in told] or [0.0])) / LEVEL, 2),
         "intervals that hold 15 %": round(held / len(told), 3),
     }
 
 
 def table(document: dict[str, Any]) -> str:
     """The measurements as a table."""
-    heads = ("", "false alarms a year", "mean delay", "in 3 logs", "size, %", "held")
+    heads = (
+        "", "false alarms a year", "mean delay", "in 3 logs", "size, %", "held", "wear told",
+        "slope, % a week", "held",
+    )  # fmt: skip
     rows = [heads]
     for name in TWINS:
         if name not in document:
@@ -113,10 +152,15 @@ def table(document: dict[str, Any]) -> str:
         step, steady = document[name]["step"], document[name].get("steady", {})
         low, high = steady.get("95 % interval", ("", ""))
         at = step["at the alarm"]
+        worn = document[name].get("wear")
+        slope = worn and worn["10 logs after the alarm"]
         rows.append((
             name, f"{steady.get('false alarms a year', '')} [{low}, {high}]",
             f"{step['mean delay, logs']}", f"{step['found within 3 logs']:.0%}",
             f"{at['mean size, % of the level']}", f"{at['intervals that hold 15 %']:.0%}",
+            f"{worn['mean delay, weeks']} weeks" if worn else "",
+            f"{slope['median slope, % a week']}" if worn else "",
+            f"{slope['intervals that hold 1 %']:.0%}" if worn else "",
         ))  # fmt: skip
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
@@ -129,8 +173,8 @@ def table(document: dict[str, Any]) -> str:
 def main() -> None:
     """Measure and write."""
     parse = argparse.ArgumentParser(description=__doc__)
-    parse.add_argument("--years", type=int, default=60)
-    parse.add_argument("--twins", type=int, default=150)
+    parse.add_argument("--years", type=int, default=40)
+    parse.add_argument("--twins", type=int, default=100)
     parse.add_argument("--quick", action="store_true", help="2 years and 4 twins; nothing is kept")
     parse.add_argument("--table", action="store_true", help="print what was measured, and stop")
     options = parse.parse_args()
@@ -142,6 +186,9 @@ def main() -> None:
     for name, (logs, twin) in TWINS.items():
         document[name] = {"step": steps(logs, twin, twins)}
         print(name, json.dumps(document[name]), flush=True)
+        if twin.logs == 1:
+            document[name]["wear"] = wear(logs, twin, twins)
+            print(name, json.dumps(document[name]["wear"]), flush=True)
         document[name]["steady"] = false_alarms(logs, twin, max(2, years * 365 // logs))
         print(name, json.dumps(document[name]["steady"]), flush=True)
         if not options.quick:

@@ -11,7 +11,7 @@ import pytest
 from command import caller
 from drift_twins import Twin
 from stribeck import InputError, drift
-from stribeck.fleet.drift_report import change, summary
+from stribeck.fleet.drift_report import change_text, summary
 from stribeck.fleet.fleet_table import FILE, FOLDER
 from stribeck.fleet.table_columns import SCHEMA, VERSION
 
@@ -58,14 +58,13 @@ def test_a_step_is_an_alarm_with_its_size_and_what_else_changed() -> None:
     (alarm,) = found.alarms
     assert found.verdict == "alarm"
     assert START + dt.timedelta(days=30) <= alarm.when < START + dt.timedelta(days=33)
-    assert alarm.since == entries[30]["when"]
-    assert alarm.low is not None
-    assert alarm.high is not None
-    assert alarm.low < 0.2 < alarm.high
+    step = alarm.changes[0]
+    assert (step.shape, step.since) == ("step", entries[30]["when"])
+    assert step.low < 0.2 < step.high
     assert alarm.also == (
         "the rig's constants, columns or drive", "the version of stribeck",
     )  # fmt: skip
-    assert change(found, alarm).startswith("+1")  # per cent of 1.35: 15 or so
+    assert change_text("N", step).startswith("+1")  # per cent of 1.35: 15 or so
 
 
 def test_values_that_merely_scatter_raise_no_alarm() -> None:
@@ -74,7 +73,7 @@ def test_values_that_merely_scatter_raise_no_alarm() -> None:
     assert [p.verdict for p in result.parameters] == ["steady"]
     assert result.up == ()
     assert "57 of 60 logs compared, all of like motion" in result.parameters[0].why
-    assert "1 a year on 1 axes" in summary(result)
+    assert "at most 1 a year on 1 axis." in summary(result)
 
 
 def test_only_identified_rows_are_compared() -> None:

@@ -13,12 +13,13 @@ import polars as pl
 from scipy.optimize import brentq
 
 from ..errors import InputError
+from ..monitoring.change import Change
 from ..monitoring.control_chart import ALLOWANCE, Alarm, ControlChart, Limits, control_chart
 from ..monitoring.run_length import cusum_run_length
 from ..monitoring.series import SIDE, Series
 from ..report import number
 from ..wording import option
-from .drift_verdict import Drift, DriftAlarm, ParameterDrift
+from .drift_verdict import Drift, DriftAlarm, DriftChange, ParameterDrift
 from .fleet_table import read_table
 from .like_motion import FACTOR, SAME, kinds
 from .manifest_row import as_compared
@@ -28,11 +29,17 @@ from .table_check import checked
 _BEFORE = 3
 #: Charts of a parameter: CUSUM and EWMA.
 _CHARTS = 2
+#: Microseconds of a day.
+_DAY = 86_400e6
 _YEAR = dt.timedelta(days=365.25)
 #: Estimates from one false alarm of a chart to the next up to which limits can be computed.
 _LONGEST = 1e9
 #: Within so many logs on average a detectable step is found.
 _WITHIN = 3.0
+#: Of two changes the one is told beside the other unless that is so much likelier, in logarithms.
+_AS_LIKELY = 3.0
+#: Days of a week.
+_WEEK = 7.0
 _VERDICTS = ("identified", "weak")
 
 
@@ -165,7 +172,7 @@ class _ParameterHistory:
         series = self._series()
         chart = control_chart(series, limits)
         alarms = tuple(self._alarm(alarm) for alarm in chart.alarms)
-        step = _detectable(limits) * max(chart.scatter, float(np.median(series.errors)))
+        step = _detectable(limits) * max(chart.deviation, float(np.median(series.errors)))
         verdict = "alarm" if alarms else "steady"
         return self._verdict(chart, verdict, self._why(chart, step), step, alarms)
 
@@ -190,11 +197,11 @@ class _ParameterHistory:
 
     def _series(self) -> Series:
         rows = self._compared
-        days = rows["when"].dt.date().to_physical().to_numpy().astype(np.int64)
+        times = rows["when"].dt.epoch("us").to_numpy() / _DAY
         widths = (rows["high"] - rows["low"]).to_numpy()
         warmth = rows["temperature"].to_numpy() if self._warmth else None
         each = np.array(self._kinds, dtype=np.int64)
-        return Series(rows["value"].to_numpy(), widths / (2.0 * SIDE), days, each, warmth)
+        return Series(rows["value"].to_numpy(), widths / (2.0 * SIDE), times, each, warmth)
 
     def _why(self, chart: ControlChart, step: float) -> str:
         """What the verdict of a chart rests on."""
@@ -209,10 +216,10 @@ class _ParameterHistory:
         )
         run_length, days = chart.limits.run_length, ""
         if rows["when"].dt.date().n_unique() < len(rows):  # else nothing tells days from logs
-            days = f", {chart.day_share:.0%} of its variance between days"
+            days = f", {chart.scatter.day_share:.0%} of its variance between days"
         parts = [
             f"{chart.compared} of {len(self.rows)} logs compared, {motions}",
-            f"scatter {_beside(chart.scatter, unit, level)}{days}",
+            f"scatter {_beside(chart.deviation, unit, level)}{days}",
             f"a step of {_beside(step, unit, level)} is found within {_WITHIN:.0f} logs on average",
             f"a false alarm of a chart every {run_length:,.0f} logs",
         ]
@@ -221,15 +228,19 @@ class _ParameterHistory:
         return "; ".join(parts)
 
     def _alarm(self, alarm: Alarm) -> DriftAlarm:
-        rows, change = self._compared, alarm.change
-        when, log = rows["when"][alarm.at], rows["log"][alarm.at]
-        if change is None:
-            return DriftAlarm(when, log, alarm.chart)
+        rows, changes = self._compared, alarm.changes
+        likely = [c for c in changes if changes[0].log_likelihood - c.log_likelihood < _AS_LIKELY]
         return DriftAlarm(
-            when, log, alarm.chart, rows["when"][change.at],
-            change.size, change.low, change.high, change.level,
-            tuple(self._also(change.at, alarm.at)),
+            rows["when"][alarm.at], rows["log"][alarm.at], alarm.chart,
+            tuple(self._change(c) for c in likely),
+            tuple(self._also(changes[0].at, alarm.at)) if changes else (),
         )  # fmt: skip
+
+    def _change(self, change: Change) -> DriftChange:
+        sizes = np.array([change.size, change.low, change.high])
+        size, low, high = (sizes * (_WEEK if change.shape == "ramp" else 1.0)).tolist()
+        since = self._compared["when"][change.at]
+        return DriftChange(change.shape, since, size, low, high, change.level)
 
     def _also(self, at: int, end: int) -> Iterator[str]:
         """What else is not as it was before a change, as phrases."""

@@ -7,7 +7,7 @@ from itertools import starmap
 
 from ..report import DASH, Table, number
 from ..report.terminal import console, show_table
-from .drift_verdict import Drift, DriftAlarm, ParameterDrift
+from .drift_verdict import Drift, DriftAlarm, DriftChange, ParameterDrift
 
 #: Parameters whose reasons are told one by one; of more, the JSON has them all.
 _MOST = 40
@@ -32,11 +32,15 @@ def summary(result: Drift) -> str:
     axes = {(p.machine, p.axis) for p in result.parameters if p.chart is not None}
     parts = [f"{counts[v]:,} {v}" for v in ("alarm", "steady", "undecided")]
     expected = number(result.false_alarms * len(axes), 3)
-    alarms = f"{len(result.up):,} alarm{'s' * (len(result.up) != 1)}"
     return (
-        f"{alarms} up. {len(result.parameters):,} parameters: {', '.join(parts)}. "
-        f"False alarms to be expected: {expected} a year on {len(axes):,} axes."
+        f"{_count(len(result.up), 'alarm')} up. {_count(len(result.parameters), 'parameter')}: "
+        f"{', '.join(parts)}. False alarms to be expected: at most {expected} a year on "
+        f"{_count(len(axes), 'axis', 'axes')}."
     )
+
+
+def _count(n: int, one: str, many: str = "") -> str:
+    return f"{n:,} {one if n == 1 else many or one + 's'}"
 
 
 def alarm_table(result: Drift) -> Table:
@@ -46,25 +50,25 @@ def alarm_table(result: Drift) -> Table:
 
 
 def _alarm_row(p: ParameterDrift, alarm: DriftAlarm) -> list[str]:
+    first = alarm.changes[0] if alarm.changes else None
     return [
         f"{p.machine} {p.axis}",
         p.parameter,
         f"{alarm.when:%Y-%m-%d}",
         alarm.chart,
-        DASH if alarm.since is None else f"{alarm.since:%Y-%m-%d}",
-        change(p, alarm),
-        DASH if alarm.level is None else f"{number(alarm.level, 3)} {p.unit}",
+        DASH if first is None else f"{first.since:%Y-%m-%d}",
+        " or ".join(change_text(p.unit, change) for change in alarm.changes)
+        or "too few logs to tell",
+        DASH if first is None else f"{number(first.level, 3)} {p.unit}",
         "; ".join(alarm.also) or DASH,
     ]
 
 
-def change(p: ParameterDrift, alarm: DriftAlarm) -> str:
+def change_text(unit: str, change: DriftChange) -> str:
     """The size of a change with its interval; in per cent where that is of what was before."""
-    if alarm.size is None or alarm.low is None or alarm.high is None:
-        return "too few logs to tell"
-    scale, unit = 1.0, f" {p.unit}"
-    if alarm.level and abs(alarm.level) > abs(alarm.size) / 2:
-        scale, unit = 100.0 / abs(alarm.level), " %"
-    size, low, high = (number(scale * s, 3) for s in (alarm.size, alarm.low, alarm.high))
-    sign = "+" * (alarm.size > 0)
-    return f"{sign}{size}{unit} [{low}, {high}]"
+    scale, shown = 1.0, unit
+    if abs(change.level) > abs(change.size) / 2:
+        scale, shown = 100.0 / abs(change.level), "%"
+    size, low, high = (number(scale * s, 3) for s in (change.size, change.low, change.high))
+    sign = "+" * (change.size > 0)
+    return f"{sign}{size} {shown} [{low}, {high}]{' a week' * (change.shape == 'ramp')}"

@@ -10,10 +10,36 @@ from typing import Any, Literal
 
 import polars as pl
 
+from ..monitoring.change import Shape
 from ..monitoring.control_chart import Chart, ControlChart
 
 #: The version of the document.
 SCHEMA = "stribeck-drift/1"
+
+
+@dataclass(frozen=True)
+class DriftChange:
+    """By how much a parameter has changed, and since when.
+
+    Args:
+        shape: A step, or a ramp that goes on.
+        since: Time of the first log after a step, of the last before a ramp.
+        size: By how much, in the parameter's unit; of a ramp by week.
+        low: Lower end of its 95 % interval.
+        high: Upper end.
+        level: What it was before.
+    """
+
+    shape: Shape
+    since: dt.datetime
+    size: float
+    low: float
+    high: float
+    level: float
+
+    def document(self) -> dict[str, Any]:
+        """The change as JSON has it."""
+        return {**vars(self), "since": self.since.isoformat()}
 
 
 @dataclass(frozen=True)
@@ -24,29 +50,24 @@ class DriftAlarm:
         when: Time of the log at which it did.
         log: That log.
         chart: Which chart.
-        since: Time of the first log after the change, as all logs before the next alarm show it;
-            None where too few can tell.
-        size: By how much the parameter has changed, in its unit.
-        low: Lower end of its 95 % interval.
-        high: Upper end.
-        level: What it was before.
+        changes: The change, as all logs before the next alarm show it: of a step and a ramp the
+            likelier one, then the other one if it may be that as well; none where too few logs
+            can tell.
         also: What else has changed, a phrase each.
     """
 
     when: dt.datetime
     log: str
     chart: Chart
-    since: dt.datetime | None = None
-    size: float | None = None
-    low: float | None = None
-    high: float | None = None
-    level: float | None = None
+    changes: tuple[DriftChange, ...] = ()
     also: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """The alarm as JSON has it."""
-        times = {"when": self.when.isoformat(), "since": self.since and self.since.isoformat()}
-        return {**vars(self), **times, "also": list(self.also)}
+        changes = [change.document() for change in self.changes]
+        return {
+            **vars(self), "when": self.when.isoformat(), "changes": changes, "also": list(self.also)
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +118,8 @@ class ParameterDrift:
             "logs": len(self.rows),
             "compared": 0 if chart is None else chart.compared,
             "kinds": len({k for k in self.kinds if k >= 0}),
-            "scatter": None if chart is None else chart.scatter,
-            "day_share": None if chart is None else chart.day_share,
+            "scatter": None if chart is None else chart.deviation,
+            "day_share": None if chart is None else chart.scatter.day_share,
             "temperature": self.temperature,
             "limits": limits,
             "alarms": [alarm.document() for alarm in self.alarms],
@@ -148,14 +169,16 @@ class Drift:
 def _row(p: ParameterDrift) -> Mapping[str, Any]:
     document = p.document()
     last = p.alarms[-1] if p.alarms else None
+    change = last.changes[0] if last and last.changes else None
     shown = ("machine", "axis", "parameter", "unit", "verdict", "logs", "compared", "scatter")
     return {
         **{name: document[name] for name in shown},
         "detectable": p.detectable,
         "alarms": len(p.alarms),
+        "when": last and last.when,
         **{
-            name: None if last is None else getattr(last, name)
-            for name in ("when", "since", "size", "low", "high", "level")
+            name: None if change is None else getattr(change, name)
+            for name in ("shape", "since", "size", "low", "high", "level")
         },
         "why": p.why,
     }

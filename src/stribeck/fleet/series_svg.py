@@ -66,8 +66,8 @@ def drift_picture(p: ParameterDrift) -> Markup:
     compared = dict(zip(p.compared["log"], range(len(p.compared)), strict=True))
     parts = [*_axis(up, least, most, unit_label(p.unit)), *_dates(across, min(times), max(times))]
     for alarm in p.alarms:
-        if alarm.since is not None:
-            parts.append(_vertical(across(_seconds(alarm.since)), 0.0, _HIGH - 18.0, "rule"))
+        since = (across(_seconds(change.since)) for change in alarm.changes[:1])
+        parts += [_vertical(x, 0.0, _HIGH - 18.0, "rule") for x in since]
         at = across(_seconds(alarm.when))
         parts.append(_vertical(at, 0.0, _HIGH + _STRIP + 0.0, "alarm"))
     for t, v, bottom, top, log in zip(times, value, low, high, rows["log"], strict=True):

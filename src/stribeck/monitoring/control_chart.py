@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ..space import Array
-from .innovations import GRID, Filter, centred, shares_of, step
-from .level_shift import LevelShift, level_shift
+from .change import Change, Shape, change
+from .innovations import Filter, centred, shares_of, step
 from .run_length import cusum_limit, ewma_limit
-from .series import Series
+from .series import Scatter, Series
 
 Chart = Literal["CUSUM", "EWMA"]
+_SHAPES: tuple[Shape, ...] = ("step", "ramp")
 #: Allowance of the CUSUM: it is quickest for steps of two standard deviations. Weight of the newest
 #: value in the EWMA, which is quick for slow drifts.
 ALLOWANCE, SHARE = 1.0, 0.1
+#: What one difference adds to the CUSUM at most, as a part of its limit: it takes two.
+_PART = 0.75
 #: Digits to which run lengths are rounded before limits are sought: each takes milliseconds.
 _DIGITS = 3
+_EWMA_DEVIATION = float(np.sqrt(SHARE / (2.0 - SHARE)))
 
 
 @dataclass(frozen=True)
@@ -30,17 +34,21 @@ class Limits:
         run_length: Average number of estimates from one false alarm of a chart to the next.
         cusum: h.
         ewma: c, in standard deviations of the chart.
+        most: What a difference counts at most, so that none alone raises an alarm.
     """
 
     run_length: float
     cusum: float
     ewma: float
+    most: float
 
     @classmethod
     def of(cls, run_length: float) -> Limits:
         """The limits at which each chart runs so long on average while nothing changes."""
         rounded = max(2.0, float(f"{run_length:.{_DIGITS}g}"))
-        return cls(rounded, cusum_limit(ALLOWANCE, rounded), ewma_limit(SHARE, rounded))
+        cusum = cusum_limit(ALLOWANCE, rounded, _PART)
+        most = ALLOWANCE + _PART * cusum
+        return cls(rounded, cusum, ewma_limit(SHARE, rounded, most), most)
 
 
 @dataclass(frozen=True)
@@ -50,13 +58,14 @@ class Alarm:
     Args:
         at: Index of the estimate at which it did.
         chart: Which chart.
-        change: When and by how much the quantity has changed, from all estimates up to the next
-            alarm; None where too few are left to tell.
+        changes: When and by how much the quantity has changed, as a step and as a ramp, the one
+            of greater likelihood first, from all estimates up to the next alarm; none where too
+            few are left to tell.
     """
 
     at: int
     chart: Chart
-    change: LevelShift | None
+    changes: tuple[Change, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +79,9 @@ class ControlChart:
         ewma: The EWMA, in its standard deviations, (n,).
         limits: Where they raise an alarm.
         alarms: In the order of time.
-        scatter: Standard deviation of an estimate of a day of its own about its level, as all
+        deviation: Standard deviation of an estimate of a day of its own about its level, as all
             estimates show it; nan of fewer than three that can be compared.
-        day_share: Share of days in that variance.
+        scatter: What it is made up of.
     """
 
     differences: Array
@@ -81,8 +90,8 @@ class ControlChart:
     ewma: Array
     limits: Limits
     alarms: tuple[Alarm, ...]
-    scatter: float
-    day_share: float
+    deviation: float
+    scatter: Scatter
 
     @property
     def compared(self) -> int:
@@ -91,26 +100,40 @@ class ControlChart:
 
 
 @dataclass
-class _ChartState:
-    """The charts while they run: since when, and where they stand."""
+class ChartState:
+    """The charts while they run: where they stand.
 
+    Args:
+        limits: Where they raise an alarm.
+        up: The CUSUM's side that adds what is above.
+        down: The side that adds what is below.
+        ewma: The EWMA, in its standard deviations.
+    """
+
+    limits: Limits
     up: float = 0.0
     down: float = 0.0
     ewma: float = 0.0
-    _scale: float = field(default=float(np.sqrt(SHARE / (2.0 - SHARE))), repr=False)
 
-    def add(self, z: float) -> None:
-        """Take one more difference."""
-        if np.isfinite(z):
-            self.up = max(0.0, self.up + z - ALLOWANCE)
-            self.down = max(0.0, self.down - z - ALLOWANCE)
-            self.ewma = (1.0 - SHARE) * self.ewma + SHARE * z / self._scale
+    def add(self, difference: float, share: float) -> Chart | None:
+        """Take one more difference; the chart that leaves its limits with it.
 
-    def alarm(self, limits: Limits) -> Chart | None:
-        """The chart that has left its limits."""
-        if max(self.up, self.down) > limits.cusum:
+        Args:
+            difference: Standardised; nan where there is none.
+            share: What a change adds to it, of what it adds to the first difference of a day. It
+                weighs the difference, and its square the allowance, as the ratio of likelihoods
+                does; no chart raises more false alarms for it.
+        """
+        if not np.isfinite(difference):
+            return None
+        z = share * float(np.clip(difference, -self.limits.most, self.limits.most))
+        part = share * share
+        self.up = max(0.0, self.up + z - part * ALLOWANCE)
+        self.down = max(0.0, self.down - z - part * ALLOWANCE)
+        self.ewma = (1.0 - part * SHARE) * self.ewma + SHARE * z / _EWMA_DEVIATION
+        if max(self.up, self.down) > self.limits.cusum:
             return "CUSUM"
-        return "EWMA" if abs(self.ewma) > limits.ewma else None
+        return "EWMA" if abs(self.ewma) > self.limits.ewma else None
 
 
 def control_chart(series: Series, limits: Limits) -> ControlChart:
@@ -125,56 +148,45 @@ def control_chart(series: Series, limits: Limits) -> ControlChart:
         limits: Where they raise an alarm.
     """
     n, values, shares, design = len(series), centred(series), shares_of(series), series.design
+    days, errors = series.days.tolist(), series.errors.tolist()
     traces = np.full((4, n), np.nan)
-    state, run, start, raised = Filter.of(design.shape[1]), _ChartState(), 0, list[_Raised]()
+    state, run, start = Filter.of(design.shape[1]), ChartState(limits), 0
+    raised = list[_Raised]()
     for i in range(n):
-        day, error = int(series.days[i]), float(series.errors[i])
         before = state
-        state, z = step(before, float(values[i]), design[i], day, shares[i], error)
-        run.add(z)
+        state, z, share = step(before, float(values[i]), design[i], days[i], shares[i], errors[i])
+        chart = run.add(z, share)
         traces[:, i] = z, run.up, run.down, run.ewma
-        if np.isfinite(z) and (chart := run.alarm(limits)) is not None:
-            raised.append(_Raised(i, chart, start, *_expected(before)))
-            state, run, start = before.forgotten(), _ChartState(), i + 1
-    day_share, _ = _expected(state)
-    alarms = tuple(_alarms(series, raised))
+        if chart is not None:
+            raised.append(_Raised(i, chart, start, before.scatter))
+            state, run, start = before.forgotten(), ChartState(limits), i + 1
     differences, up, down, ewma = traces
-    return ControlChart(differences, up, down, ewma, limits, alarms, _scatter(state), day_share)
+    return ControlChart(
+        differences, up, down, ewma, limits, tuple(_alarms(series, raised)), state.deviation,
+        state.scatter,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Raised:
-    """An alarm, and what was known when it was raised."""
+    """An alarm, the first estimate that its charts took, and what was known of the scatter."""
 
     at: int
     chart: Chart
     start: int
-    day_share: float
-    known: float
+    scatter: Scatter
 
 
 def _alarms(series: Series, raised: list[_Raised]) -> Iterator[Alarm]:
-    """The alarms, each with its change as all estimates before the next show it."""
+    """The alarms, each with its changes as all estimates before the next show them."""
     for k, alarm in enumerate(raised):
         end = _begin(series, raised[k + 1]) if k + 1 < len(raised) else len(series)
-        change = level_shift(series, alarm.start, end, alarm.day_share, alarm.known)
-        yield Alarm(alarm.at, alarm.chart, change)
+        each = (change(series, alarm.start, end, alarm.scatter, shape) for shape in _SHAPES)
+        likely = sorted(filter(None, each), key=lambda c: -c.log_likelihood)
+        yield Alarm(alarm.at, alarm.chart, tuple(likely))
 
 
 def _begin(series: Series, alarm: _Raised) -> int:
     """The estimate at which the change began that has raised an alarm."""
-    change = level_shift(series, alarm.start, alarm.at + 1, alarm.day_share, alarm.known)
-    return alarm.at if change is None else change.at
-
-
-def _expected(state: Filter) -> tuple[float, float]:
-    """The means of r and c over the grid."""
-    r, c = state.weights @ GRID
-    return float(r), float(c)
-
-
-def _scatter(state: Filter) -> float:
-    """s, over the grid."""
-    if not state.count:
-        return float("nan")
-    return float(np.sqrt(state.weights @ (state.squares / state.count)))
+    step = change(series, alarm.start, alarm.at + 1, alarm.scatter)
+    return alarm.at if step is None else step.at
