@@ -134,7 +134,9 @@ def sizes(changes: list[Any], truth: float) -> dict[str, float]:
         return {}
     held = sum(c.low <= truth <= c.high for c in told)
     return {
-        "mean size, % of the level": round(100 * float(np.mean([c.size for c in told] or [0.0])) / LEVEL, 2),
+        "mean size, % of the level": round(
+            100 * float(np.mean([c.size for c in told] or [0.0])) / LEVEL, 2
+        ),
         "intervals that hold 15 %": round(held / len(told), 3),
     }
 

@@ -106,6 +106,38 @@ def test_a_known_temperature_is_taken_out() -> None:
     assert not found.alarms
 
 
+def test_wear_that_goes_with_temperature_is_not_called_steady_without_a_word() -> None:
+    entries = rows(Twin(log=0.03, wear=0.005), 80, 3)
+    for k, entry in enumerate(entries):
+        entry["temperature"] = 20.0 + 0.2 * k
+    (found,) = drift(table(entries)).parameters
+    assert not found.alarms  # nothing tells it from what temperature does
+    assert "100% of the temperature's variance goes with time or with one step" in found.why
+    assert "taken out, 0.026 N/°C [0.024, 0.028]" in found.why  # 0.005 a log by 0.2 °C a log
+    for entry in entries[3:5]:
+        entry["temperature"] = None
+    (unknown,) = drift(table(entries)).parameters
+    assert "temperature not taken out, as 2 of 80 logs have none" in unknown.why
+    assert unknown.alarms
+
+
+def test_where_all_goes_into_levels_and_temperature_nothing_is_steady() -> None:
+    entries = rows(STEADY, 4, 1)
+    for k, entry in enumerate(entries):
+        entry["temperature"] = 20.0 + k * k
+    (found,) = drift(table(entries)).parameters
+    assert found.verdict == "undecided"
+    assert found.why.endswith("none is left to be compared")
+
+
+def test_a_log_that_lies_apart_waits_for_another() -> None:
+    entries = rows(STEADY, 30, 1)
+    entries[-1] |= {"value": 1.8, "low": 1.78, "high": 1.82}
+    (found,) = drift(table(entries)).parameters
+    assert found.verdict == "steady"
+    assert "above what was expected, which another one has to confirm" in found.why
+
+
 def test_rows_that_nothing_is_like_are_told() -> None:
     entries = rows(STEADY, 3, 1)
     (few,) = drift(table(entries)).parameters

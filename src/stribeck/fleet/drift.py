@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -10,18 +11,17 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from scipy.optimize import brentq
 
 from ..errors import InputError
 from ..monitoring.change import Change
-from ..monitoring.control_chart import ALLOWANCE, Alarm, ControlChart, Limits, control_chart
-from ..monitoring.run_length import cusum_run_length
+from ..monitoring.control_chart import Alarm, ControlChart, Limits, control_chart
+from ..monitoring.detectable import detectable_step
 from ..monitoring.series import SIDE, Series
-from ..report import number
 from ..wording import option
+from .drift_grounds import WITHIN, changed_beside, grounds
 from .drift_verdict import Drift, DriftAlarm, DriftChange, ParameterDrift
 from .fleet_table import read_table
-from .like_motion import FACTOR, SAME, kinds
+from .like_motion import FACTOR, kinds
 from .manifest_row import as_compared
 from .table_check import checked
 
@@ -34,8 +34,6 @@ _DAY = 86_400e6
 _YEAR = dt.timedelta(days=365.25)
 #: Estimates from one false alarm of a chart to the next up to which limits can be computed.
 _LONGEST = 1e9
-#: Within so many logs on average a detectable step is found.
-_WITHIN = 3.0
 #: Of two changes the one is told beside the other unless that is so much likelier, in logarithms.
 _AS_LIKELY = 3.0
 #: Days of a week.
@@ -171,10 +169,18 @@ class _ParameterHistory:
         """The verdict of the charts."""
         series = self._series()
         chart = control_chart(series, limits)
+        if not chart.compared:
+            why = (
+                f"{len(self._compared)} logs, and {series.design.shape[1]} levels and dependences "
+                "to be taken out of them: none is left to be compared"
+            )
+            return self._verdict(None, "undecided", why)
+        step = detectable_step(series, chart, WITHIN)
+        why = grounds(self._compared, len(self.rows), series, chart, step)
         alarms = tuple(self._alarm(alarm) for alarm in chart.alarms)
-        step = _detectable(limits) * max(chart.deviation, float(np.median(series.errors)))
         verdict = "alarm" if alarms else "steady"
-        return self._verdict(chart, verdict, self._why(chart, step), step, alarms)
+        known = step if math.isfinite(step) else None
+        return self._verdict(chart, verdict, why, known, alarms)
 
     def _verdict(
         self,
@@ -203,37 +209,13 @@ class _ParameterHistory:
         each = np.array(self._kinds, dtype=np.int64)
         return Series(rows["value"].to_numpy(), widths / (2.0 * SIDE), times, each, warmth)
 
-    def _why(self, chart: ControlChart, step: float) -> str:
-        """What the verdict of a chart rests on."""
-        rows = self._compared
-        level = abs(float(rows["value"].median()))  # type: ignore[arg-type]
-        unit = rows["unit"][0]
-        distinct = len(set(self._kinds))
-        motions = (
-            "all of like motion"
-            if distinct == 1
-            else f"{distinct} kinds of motion, law, rig or load, each with its own level"
-        )
-        run_length, days = chart.limits.run_length, ""
-        if rows["when"].dt.date().n_unique() < len(rows):  # else nothing tells days from logs
-            days = f", {chart.scatter.day_share:.0%} of its variance between days"
-        parts = [
-            f"{chart.compared} of {len(self.rows)} logs compared, {motions}",
-            f"scatter {_beside(chart.deviation, unit, level)}{days}",
-            f"a step of {_beside(step, unit, level)} is found within {_WITHIN:.0f} logs on average",
-            f"a false alarm of a chart every {run_length:,.0f} logs",
-        ]
-        if self._warmth:
-            parts.append("dependence on temperature taken out")
-        return "; ".join(parts)
-
     def _alarm(self, alarm: Alarm) -> DriftAlarm:
         rows, changes = self._compared, alarm.changes
         likely = [c for c in changes if changes[0].log_likelihood - c.log_likelihood < _AS_LIKELY]
         return DriftAlarm(
             rows["when"][alarm.at], rows["log"][alarm.at], alarm.chart,
             tuple(self._change(c) for c in likely),
-            tuple(self._also(changes[0].at, alarm.at)) if changes else (),
+            tuple(self._beside(changes[0].at, alarm.at)) if changes else (),
         )  # fmt: skip
 
     def _change(self, change: Change) -> DriftChange:
@@ -242,37 +224,5 @@ class _ParameterHistory:
         since = self._compared["when"][change.at]
         return DriftChange(change.shape, since, size, low, high, change.level)
 
-    def _also(self, at: int, end: int) -> Iterator[str]:
-        """What else is not as it was before a change, as phrases."""
-        before, after = self._compared[:at], self._compared[at : end + 1]
-        warm, warmer = before["temperature"].mean(), after["temperature"].mean()
-        if warm is not None and warmer is not None and warm != warmer:
-            taken = " (taken out)" if self._warmth else ""
-            yield f"temperature {number(warm, 3)} to {number(warmer, 3)} °C{taken}"  # type: ignore[arg-type]
-        for name in SAME:
-            if new := set(after[name]) - set(before[name]):
-                yield f"{name} {', '.join(sorted(map(str, new)))} (a level of its own)"
-        if set(self._kinds[at : end + 1]) - set(self._kinds[:at]):
-            yield "a kind of motion that was not there before (a level of its own)"
-        for name, words in (
-            ("setup_hash", "the rig's constants, columns or drive"),
-            ("version", "the version of stribeck"),
-        ):
-            if set(after[name]) - set(before[name][-1:]):
-                yield words
-
-
-def _beside(size: float, unit: str, level: float) -> str:
-    """A size with its unit, and in per cent of a level that is larger."""
-    share = f" ({size / level:.1%})" if level > size else ""
-    return f"{number(size, 2)} {unit}{share}"
-
-
-def _detectable(limits: Limits) -> float:
-    """The step that the CUSUM finds within so many logs on average, in standard deviations."""
-
-    def excess(shift: float) -> float:
-        return cusum_run_length(ALLOWANCE, limits.cusum, shift) - _WITHIN
-
-    most = limits.cusum + ALLOWANCE + 3.0  # is found by the first log, nearly always
-    return float(brentq(excess, 0.0, most)) if excess(0.0) > 0 else 0.0
+    def _beside(self, at: int, end: int) -> Iterator[str]:
+        return changed_beside(self._compared, self._kinds, at, end, taken_out=self._warmth)

@@ -85,7 +85,8 @@ class ParameterDrift:
         chart: Its charts; None where nothing can be compared.
         verdict: `alarm`, `steady`, or `undecided` where nothing can be compared.
         why: What the verdict rests on, in a sentence.
-        detectable: The step that the charts find within three logs on average, in the unit.
+        detectable: The step that the charts tell by its third log in half of all cases, in the
+            unit; None where none would be told yet.
         alarms: In the order of time.
         temperature: Whether a dependence on temperature is taken out.
     """
@@ -119,7 +120,7 @@ class ParameterDrift:
             "compared": 0 if chart is None else chart.compared,
             "kinds": len({k for k in self.kinds if k >= 0}),
             "scatter": None if chart is None else chart.deviation,
-            "day_share": None if chart is None else chart.scatter.day_share,
+            "day_share": None if chart is None else chart.state.scatter.day_share,
             "temperature": self.temperature,
             "limits": limits,
             "alarms": [alarm.document() for alarm in self.alarms],

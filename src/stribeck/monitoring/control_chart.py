@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -23,6 +23,8 @@ ALLOWANCE, SHARE = 1.0, 0.1
 _PART = 0.75
 #: Digits to which run lengths are rounded before limits are sought: each takes milliseconds.
 _DIGITS = 3
+#: Differences whose correlation is told; how many of its standard errors it has to be.
+_FEWEST, _CERTAIN = 10, 2.6
 _EWMA_DEVIATION = float(np.sqrt(SHARE / (2.0 - SHARE)))
 
 
@@ -79,9 +81,7 @@ class ControlChart:
         ewma: The EWMA, in its standard deviations, (n,).
         limits: Where they raise an alarm.
         alarms: In the order of time.
-        deviation: Standard deviation of an estimate of a day of its own about its level, as all
-            estimates show it; nan of fewer than three that can be compared.
-        scatter: What it is made up of.
+        state: Of the filter, after the last estimate.
     """
 
     differences: Array
@@ -90,13 +90,32 @@ class ControlChart:
     ewma: Array
     limits: Limits
     alarms: tuple[Alarm, ...]
-    deviation: float
-    scatter: Scatter
+    state: Filter = field(repr=False)
 
     @property
     def compared(self) -> int:
         """How many estimates were compared with those before them."""
         return int(np.isfinite(self.differences).sum())
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of an estimate about its level; nan where none is compared."""
+        return self.state.deviation
+
+    @property
+    def likeness(self) -> float:
+        """Correlation of neighbouring differences, up to the first change; 0 if chance explains it.
+
+        It is that of differences independent of each other, as the limits take them to be, unless
+        it is above 2.6 of its standard errors, by chance in one series of 200.
+        """
+        changes = [a.changes[0].at if a.changes else a.at for a in self.alarms]
+        z = self.differences[: min(changes, default=None)]
+        z = z[np.isfinite(z)]
+        if len(z) < _FEWEST:
+            return 0.0
+        correlation = float(z[1:] @ z[:-1] / (z @ z))
+        return correlation if correlation * np.sqrt(len(z)) > _CERTAIN else 0.0
 
 
 @dataclass
@@ -161,10 +180,7 @@ def control_chart(series: Series, limits: Limits) -> ControlChart:
             raised.append(_Raised(i, chart, start, before.scatter))
             state, run, start = before.forgotten(), ChartState(limits), i + 1
     differences, up, down, ewma = traces
-    return ControlChart(
-        differences, up, down, ewma, limits, tuple(_alarms(series, raised)), state.deviation,
-        state.scatter,
-    )  # fmt: skip
+    return ControlChart(differences, up, down, ewma, limits, tuple(_alarms(series, raised)), state)
 
 
 @dataclass(frozen=True)

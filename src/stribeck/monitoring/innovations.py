@@ -82,8 +82,10 @@ class Filter:
 
     @property
     def weights(self) -> Array:
-        """Restricted likelihood of the points of the grid, adding up to 1, (G,)."""
-        log = -0.5 * (self.logs + self.count * np.log(np.maximum(self.squares, _LEAST)))
+        """Restricted likelihood of the points of the grid times `PRIOR`, adding up to 1, (G,)."""
+        log = np.log(PRIOR) - 0.5 * (
+            self.logs + self.count * np.log(np.maximum(self.squares, _LEAST))
+        )
         weights = np.exp(log - log.max())
         return np.asarray(weights / weights.sum())
 
@@ -102,6 +104,8 @@ class Filter:
 GRID = np.array([
     (r, c, a) for r, c, a in product(DAY_SHARES, KNOWN_SHARES, MEMORIES) if r > 0 or a == 0
 ])  # fmt: skip
+#: Before the first estimate, days with a memory are as likely as days without one, (G,).
+PRIOR = np.where(GRID[:, 2] > 0, 1.0 / (len(MEMORIES) - 1), 1.0)
 
 
 def step(
