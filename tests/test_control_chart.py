@@ -11,7 +11,7 @@ from stribeck.monitoring.control_chart import Limits, control_chart
 from stribeck.monitoring.covariate import covariate_effect
 from stribeck.monitoring.detectable import detectable_step
 from stribeck.monitoring.innovations import GRID, PRIOR
-from stribeck.monitoring.series import Scatter, Series
+from stribeck.monitoring.series import ScatterModel, Series
 
 
 def series(twin: Twin, count: int, seed: int, *, error: float = 0.0, warm: bool = False) -> Series:
@@ -249,7 +249,7 @@ def test_after_five_logs_no_step_can_be_told_within_three() -> None:
 
 def test_a_covariate_has_its_slope_and_tells_when_it_goes_with_time() -> None:
     """Of 40 intervals at 95 % fewer than 34 hold with a probability of 0.003."""
-    held, scatter = 0, Scatter(0.0, 0.0, 0.0)
+    held, scatter = 0, ScatterModel(0.0, 0.0, 0.0)
     for seed in range(40):
         draw = np.random.default_rng(seed)
         warmth = draw.normal(20.0, 4.0, 50)

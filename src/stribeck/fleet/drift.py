@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from ..errors import InputError
-from ..monitoring.change import Change
+from ..monitoring.change import LevelChange
 from ..monitoring.control_chart import Alarm, ControlChart, Limits, control_chart
 from ..monitoring.detectable import detectable_step
 from ..monitoring.series import SIDE, Series
@@ -218,7 +218,7 @@ class _ParameterHistory:
             tuple(self._beside(changes[0].at, alarm.at)) if changes else (),
         )  # fmt: skip
 
-    def _change(self, change: Change) -> DriftChange:
+    def _change(self, change: LevelChange) -> DriftChange:
         sizes = np.array([change.size, change.low, change.high])
         size, low, high = (sizes * (_WEEK if change.shape == "ramp" else 1.0)).tolist()
         since = self._compared["when"][change.at]

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ..space import Array
-from .series import Scatter, Series
+from .series import ScatterModel, Series
 
 Shape = Literal["step", "ramp"]
 #: Level of the interval, two-sided; share of the greatest below which a direction is none.
@@ -24,7 +24,7 @@ _TAIL, _RANK = 0.025, 1e-9
 
 
 @dataclass(frozen=True)
-class Change:
+class LevelChange:
     """A change of level.
 
     Args:
@@ -47,8 +47,8 @@ class Change:
 
 
 def change(
-    series: Series, start: int, end: int, scatter: Scatter, shape: Shape = "step"
-) -> Change | None:
+    series: Series, start: int, end: int, scatter: ScatterModel, shape: Shape = "step"
+) -> LevelChange | None:
     """The change among the estimates from `start` to before `end`; None where none can be told.
 
     Args:
@@ -84,7 +84,7 @@ def change(
     at, size = int(seen[best]), float(sizes[best])
     levels = inverse @ (basis.T @ (rest[:, 0] - size * rest[:, 1 + at]))
     log_likelihood = -0.5 * (dof + 1) * float(np.log(max(squares[best], 1e-300)))
-    return Change(
+    return LevelChange(
         shape, start + at, size, float(low), float(high), float(design[at] @ levels),
         log_likelihood,
     )  # fmt: skip

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from ..space import Array
-from .change import Change, Shape, change
+from .change import LevelChange, Shape, change
 from .innovations import Filter, centred, shares_of, step
 from .run_length import cusum_limit, ewma_limit
-from .series import Scatter, Series
+from .series import ScatterModel, Series
 
 Chart = Literal["CUSUM", "EWMA"]
 _SHAPES: tuple[Shape, ...] = ("step", "ramp")
@@ -67,7 +67,7 @@ class Alarm:
 
     at: int
     chart: Chart
-    changes: tuple[Change, ...]
+    changes: tuple[LevelChange, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +190,7 @@ class _Raised:
     at: int
     chart: Chart
     start: int
-    scatter: Scatter
+    scatter: ScatterModel
 
 
 def _alarms(series: Series, raised: list[_Raised]) -> Iterator[Alarm]:

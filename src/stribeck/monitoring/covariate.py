@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ..space import Array
-from .series import Scatter, Series
+from .series import ScatterModel, Series
 
 _TAIL = 0.025
 
@@ -34,7 +34,7 @@ class CovariateEffect:
 
 
 def covariate_effect(
-    series: Series, covariate: Array, scatter: Scatter, steps: Sequence[int]
+    series: Series, covariate: Array, scatter: ScatterModel, steps: Sequence[int]
 ) -> CovariateEffect:
     """The effect of the covariate, by generalised least squares on all estimates.
 

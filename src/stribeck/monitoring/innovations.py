@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import ndtri, stdtr
 
 from ..space import Array
-from .series import Scatter, Series
+from .series import ScatterModel, Series
 
 #: Grid of r, c and a. It has more of large r: until days have shown otherwise they may differ.
 DAY_SHARES = (0.0, 0.25, 0.5, 0.7, 0.8, 0.9, 0.95)
@@ -90,9 +90,9 @@ class Filter:
         return np.asarray(weights / weights.sum())
 
     @property
-    def scatter(self) -> Scatter:
+    def scatter(self) -> ScatterModel:
         """The means of r, c and a over the grid."""
-        return Scatter(*(self.weights @ GRID).tolist())
+        return ScatterModel(*(self.weights @ GRID).tolist())
 
     @property
     def deviation(self) -> float:

@@ -66,7 +66,7 @@ class Series:
             return np.ones(len(squares))
         return np.asarray(1.0 - known + known * squares / usual)
 
-    def covariance(self, scatter: Scatter) -> Array:
+    def covariance(self, scatter: ScatterModel) -> Array:
         """Covariance of the estimates about their levels, in s^2, (n, n)."""
         apart = np.abs(self.days[:, None] - self.days)
         logs = (1.0 - scatter.day_share) * self.share(scatter.known_share)
@@ -74,7 +74,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Scatter:
+class ScatterModel:
     """How estimates scatter about their level while nothing changes.
 
     Args:
