@@ -2,7 +2,8 @@
 
     python benchmarks/drift.py [--years N] [--quick]
 
-Twins are of `tests/drift_twins.py`, which draws estimates number by number and has no part of the
+Twins are of `tests/drift_twins.py`, which draws estimates number by number, and the ways in which
+estimates scatter while nothing changes are of `tests/drift_scatter.py`: neither has a part of the
 package in it. Limits are set to one false alarm a year. Writes benchmarks/drift.json.
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,8 @@ from scipy import stats
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from drift_twins import Twin  # noqa: E402 - from a folder that is now on the path
+from drift_scatter import SCATTER, Draw  # noqa: E402 - from a folder that is now on the path
+from drift_twins import Twin  # noqa: E402
 from stribeck.monitoring.control_chart import Limits, control_chart  # noqa: E402
 from stribeck.monitoring.series import Series  # noqa: E402
 
@@ -39,6 +42,9 @@ TWINS = {
 }
 #: Logs before a step, and after it.
 BEFORE, AFTER = 60, 30
+#: Logs a year of an axis by the way in which its estimates scatter; for each year of the others so
+#: many.
+SCATTER_LOGS, SCATTER_YEARS = 200, 5
 #: Wear, of the level by week; logs after the alarm from which its slope is told, too.
 WEAR, MORE = 0.01, 10
 
@@ -57,9 +63,21 @@ def first(part: Series, limits: Limits, at: int) -> Any:
 
 def false_alarms(logs: int, twin: Twin, years: int) -> dict[str, Any]:
     """Alarms of an axis at which nothing changes, in years of so many logs."""
+    return alarm_rate((series(twin, logs, k) for k in range(years)), logs)
+
+
+def scattered(draw: Draw, logs: int, years: int) -> dict[str, Any]:
+    """Alarms of an axis at which nothing changes and whose estimates scatter like that."""
+    parts = (draw(np.random.default_rng(k), logs) for k in range(years))
+    kinds = np.zeros(logs, dtype=np.int64)
+    return alarm_rate((Series(10.0 + y, errors, days, kinds) for y, errors, days in parts), logs)
+
+
+def alarm_rate(steady: Iterable[Series], logs: int) -> dict[str, Any]:
+    """Alarms by year of series of a year each, with the interval of a Poisson count."""
     limits = Limits.of(CHARTS * logs)
-    counts = [len(control_chart(series(twin, logs, k), limits).alarms) for k in range(years)]
-    total = sum(counts)
+    counts = [len(control_chart(each, limits).alarms) for each in steady]
+    total, years = sum(counts), len(counts)
     low = stats.chi2.ppf(0.025, 2 * total) / 2 / years if total else 0.0
     high = stats.chi2.ppf(0.975, 2 * total + 2) / 2 / years
     return {
@@ -164,6 +182,20 @@ def table(document: dict[str, Any]) -> str:
             f"{slope['median slope, % a week']}" if worn else "",
             f"{slope['intervals that hold 1 %']:.0%}" if worn else "",
         ))  # fmt: skip
+    return aligned(rows)
+
+
+def scatter_table(document: dict[str, Any]) -> str:
+    """False alarms by the way in which estimates scatter, as a table."""
+    rows = [("200 logs a year, by scatter", "false alarms a year", "95 % interval")]
+    for name, rate in document["scatter"].items():
+        low, high = rate["95 % interval"]
+        rows.append((name, f"{rate['false alarms a year']:.2f}", f"[{low:.2f}, {high:.2f}]"))
+    return aligned(rows)
+
+
+def aligned(rows: Sequence[tuple[str, ...]]) -> str:
+    """Rows with their columns below each other, the first to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
         "  ".join(cell.ljust(w) if k == 0 else cell.rjust(w) for k, (cell, w) in enumerate(pairs))
@@ -181,10 +213,15 @@ def main() -> None:
     parse.add_argument("--table", action="store_true", help="print what was measured, and stop")
     options = parse.parse_args()
     if options.table:
-        print(table(json.loads(OUT.read_text(encoding="utf-8"))))
+        kept = json.loads(OUT.read_text(encoding="utf-8"))
+        print(f"{table(kept)}\n\n{scatter_table(kept)}")
         return
     years, twins = (2, 4) if options.quick else (options.years, options.twins)
     document: dict[str, Any] = {"command": " ".join(["python benchmarks/drift.py", *sys.argv[1:]])}
+    document["scatter"] = {}
+    for name, draw in SCATTER.items():
+        document["scatter"][name] = scattered(draw, SCATTER_LOGS, years * SCATTER_YEARS)
+        print(name, json.dumps(document["scatter"][name]), flush=True)
     for name, (logs, twin) in TWINS.items():
         document[name] = {"step": steps(logs, twin, twins)}
         print(name, json.dumps(document[name]), flush=True)
