@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
-from ..rig.rig import in_si, stem
+from ..rig.rig import in_si, shown_in, stem
 from ..space import Array, Param, Space
 from .loss import SQUARES, Objective
 
@@ -118,6 +118,22 @@ class Parameters:
             tuple(wider.get(q.name, q) for q in params) for params in (self.every, self.free)
         )
         return replace(self, every=every, free=free)
+
+    def widenings(self) -> tuple[str, ...]:
+        """A sentence for each default range that was widened, as an answer sat at its end."""
+        default = {q.name: q for q in self.rig.parameters(self.law)}
+        return tuple(
+            f"the range of {q.name}, {self._range(before)}, was widened to {self._range(q)}, as "
+            f"the search came to its end: give a range of your own to keep within it"
+            for q in self.free
+            if q.name not in self.bounded
+            and (before := default.get(q.name)) is not None
+            and (q.lower < before.lower or q.upper > before.upper)
+        )
+
+    def _range(self, q: Param) -> str:
+        low, high = (float(shown_in(self.rig, q, end)) for end in (q.lower, q.upper))
+        return f"{low:.4g} to {high:.4g} {self.rig.unit_of(q)}".rstrip()
 
     def holding(self, values: Mapping[str, float]) -> Parameters:
         """The same with some free parameters held, SI."""

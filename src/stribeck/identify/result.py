@@ -128,8 +128,8 @@ class Fit:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How the logs were read and what was mended in them, a sentence each: no warnings."""
-        return log_notes(self.recordings)
+        """What was mended in the logs and which default ranges were widened: no warnings."""
+        return (*log_notes(self.recordings), *self.parameters.widenings())
 
     def used(self, recording: Recording) -> int:
         """How many samples of a recording the fit was trained on."""
