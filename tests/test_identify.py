@@ -341,14 +341,16 @@ def test_elite_lies_apart_and_starts_with_the_best() -> None:
     assert (gaps > 0.4).all()
 
 
-def test_a_default_range_that_was_widened_is_told_and_one_of_your_own_is_kept(log: Recording) -> None:
+def test_a_default_range_that_was_widened_is_told_and_your_own_is_kept(log: Recording) -> None:
     """The upward ramp of this twin is fitted best by a Stribeck velocity below 1 mm/s."""
     widened = identify([log], rig="slide-bed", train="112:295")
     (v,) = (q for q in widened.parameters.free if q.name == "v_SS")
     assert v.lower < 1e-3
     assert widened.uncertainty.x[3] < 1e-3
     (note,) = (n for n in widened.notes if "widened" in n)
-    assert note.startswith(f"the range of v_SS, 1 to 7 mm/s, was widened to {1e3 * v.lower:.4g} to 7")
+    assert note.startswith(
+        f"the range of v_SS, 1 to 7 mm/s, was widened to {1e3 * v.lower:.4g} to 7"
+    )
     kept = identify([log], rig="slide-bed", train="112:295", bounds={"v_SS": (1.0, 7.0)})
     assert kept.uncertainty.x[3] >= 1e-3
     assert not any("widened" in n for n in kept.notes)
