@@ -108,8 +108,6 @@ WAYS = {
     ),
 }  # fmt: skip
 REAL = {"emps": "emps", "openarm": "openarm", "xl330": "bam_xl330"}
-#: What takes longest goes by keys alone: they do what a pointer does, and their focus besides.
-HANDS = {"openarm": [Keys], "xl330": [Keys]}
 
 
 def marks(name: str) -> list[pytest.MarkDecorator]:
@@ -122,7 +120,7 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
     [
         pytest.param(name, hands, marks=marks(name))
         for name in WAYS
-        for hands in HANDS.get(name, [Mouse, Keys])
+        for hands in (Mouse, Keys)
     ],
 )
 def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mouse | Keys]) -> None:
