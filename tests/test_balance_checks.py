@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -147,18 +148,45 @@ def test_few_speeds_for_a_curve_and_many() -> None:
 
 
 def test_estimates_that_depend_on_the_cut_off_are_widened() -> None:
-    # Noise of the position is noise of the acceleration, which makes a mass too small, and the
-    # less so the lower the cut-off.
+    # A sensor that trembles at 38 Hz shows an acceleration that is none, which makes a mass too
+    # small; at a third of the cut-off it is filtered away.
     x, v, a = motion()
-    rng = np.random.default_rng(5)
-    noisy = x + 3e-5 * rng.standard_normal(len(T))
-    force = 3 * a + 20 * np.sign(v) + 50 * v + 0.5 * rng.standard_normal(len(T))
-    fit = fitted(noisy, force)
+    trembling = x + 1e-5 * np.sin(2 * np.pi * 38 * T)
+    force = 3 * a + 20 * np.sign(v) + 50 * v
+    force += 0.5 * np.random.default_rng(5).standard_normal(len(T))
+    fit = fitted(trembling, force)
     assert "cut-off" in faults(fit)
     mass = next(e for e in fit.estimates if e.name == "M")
     assert mass.value < 2.8
     assert mass.high > 2.95  # what a third of the cut-off gives
     assert mass.verdict != "identified"
+
+
+@pytest.mark.parametrize(
+    "measured",
+    [
+        pytest.param(lambda x, rng: x + 3e-5 * rng.standard_normal(len(x)), id="noise"),
+        pytest.param(lambda x, _: 1e-4 * np.round(x / 1e-4), id="steps of 0.1 mm"),
+    ],
+)
+def test_the_error_of_a_position_is_taken_off_the_mass(measured: Any) -> None:
+    """It is an error of the acceleration, which least squares makes a mass too small by."""
+    x, v, a = motion()
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        force = 3 * a + 20 * np.sign(v) + 50 * v + 0.5 * rng.standard_normal(len(T))
+        fit = fitted(measured(x, rng), force)
+        mass = next(e for e in fit.estimates if e.name == "M")
+        assert mass.low < 3.0 < mass.high
+        assert mass.high - mass.low < 0.4
+        (told,) = [w for w in fit.warnings if w.startswith("the error of the position is taken")]
+        assert re.search(r"M from 2\.[5-9]\d* to ", told)
+
+
+def test_a_fine_position_moves_nothing() -> None:
+    fit = fitted(*sound())
+    assert not any("error of the position" in w for w in fit.warnings)
+    assert fit.p[fit.parameters.names.index("M")] == fit.balance.values[2]
 
 
 def test_a_constant_must_not_flatter_the_error() -> None:

@@ -59,12 +59,20 @@ class Interruption:
         self._number = number
         self._since = self._since or time.monotonic()
         if _importing(frame) and time.monotonic() - self._since < LONGEST_IMPORT:
-            again = threading.Timer(LOOK, signal.raise_signal, (number,))
+            again = threading.Timer(LOOK, _send, (number,))
             again.daemon = True
             again.start()
             return
         self._since = None
         raise KeyboardInterrupt
+
+
+def _send(number: int) -> None:
+    """A signal to the main thread: raised in another one, it would not wake the main one up."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
+    else:
+        signal.raise_signal(number)
 
 
 def _importing(frame: FrameType | None) -> bool:

@@ -289,6 +289,29 @@ def velocity_error(noise: float, step: float, rate: float, filtering: Filtering)
     return _SIGMAS * noise * rms + step * rate * float(low_pass.max())
 
 
+class MotionNoise(NamedTuple):
+    """Standard deviations of the noise of a low-passed motion: velocity and acceleration, SI."""
+
+    v: float
+    a: float
+
+
+def motion_noise(sd: float, rate: float, filtering: Filtering) -> MotionNoise:
+    """What white noise leaves in velocity and acceleration.
+
+    Args:
+        sd: Its standard deviation in what they come from: the position, or the recorded velocity.
+        rate: Samples a second.
+        filtering: The low pass.
+    """
+    response = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    if not filtering.passes(rate):
+        response = _low_pass_response(filtering.order, filtering.cutoff(rate) / rate)
+    v = response if filtering.velocity == "recorded" else difference(response, rate)
+    a = difference(v, rate)
+    return MotionNoise(sd * float(np.linalg.norm(v)), sd * float(np.linalg.norm(a)))
+
+
 class PositionError(NamedTuple):
     """How far a low-passed position is off, m (rad): its standard deviation, and at most."""
 

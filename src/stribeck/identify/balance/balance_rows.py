@@ -12,16 +12,26 @@ from ..adequacy.residual_rows import ResidualRows
 if TYPE_CHECKING:
     from ..uncertainty.estimates import Estimate
     from .balance import Balance
+    from .sensor_bias import SensorBias
 
 
-def balance_rows(solution: Balance, estimates: Sequence[Estimate]) -> ResidualRows:
+def balance_rows(
+    solution: Balance, estimates: Sequence[Estimate], bias: SensorBias | None
+) -> ResidualRows:
     """The residual of a solved balance beside its motion.
+
+    The error of the motion leaves a residual, too: what moves a parameter by less than that error
+    does is no sign of a term that the model lacks, so half-widths hold both.
 
     Args:
         solution: The balance.
         estimates: Of all its parameters, in their order.
+        bias: What the error of the motion has moved it by.
     """
     logs, free = solution.system.logs, solution.system.free
+    half_widths = np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free])
+    if bias is not None:
+        half_widths += np.abs(bias.shift[free])
     return ResidualRows(
         log=np.repeat(np.arange(len(logs)), [len(log.t) for log in logs]),
         t=np.concatenate([log.t for log in logs]),
@@ -32,5 +42,5 @@ def balance_rows(solution: Balance, estimates: Sequence[Estimate]) -> ResidualRo
         jacobian=solution.jacobian,
         names=tuple(solution.names[i] for i in free),
         values=solution.values[free],
-        half_widths=np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free]),
+        half_widths=half_widths,
     )

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from ..uncertainty.estimates import Estimate
     from .regression import System
     from .rows import Log, Rows
+    from .sensor_bias import SensorBias
     from .synchronisation import Synchronised
 
 #: Cut-offs at which a balance is solved again, as shares of its own; and those under a law with
@@ -104,16 +105,19 @@ class BalanceChecks:
         return replace(e, low=low, high=high, meaning=meaning.removeprefix("; "))
 
 
-def check_balance(synchrony: Synchronised, differing: LogSpreads) -> BalanceChecks:
+def check_balance(
+    synchrony: Synchronised, differing: LogSpreads, bias: SensorBias | None
+) -> BalanceChecks:
     """Look for every fault in a solved balance, and in the timing of its channels.
 
     Args:
         synchrony: The balance with its logs.
         differing: What its logs give one by one.
+        bias: What the error of the motion has moved it by.
     """
     recordings, solution = synchrony.recordings, synchrony.solved
     system = solution.system
-    at_cutoffs, errors = cutoffs(recordings, system, solution, synchrony.rows)
+    at_cutoffs, errors = cutoffs(recordings, solution, synchrony.rows, bias)
     of_logs, clustered = clustered_errors(solution, differing.known_alone)
     faults: list[tuple[Condition, str, bool]] = [
         *(("data", function_of_position(log), True) for log in recordings),
@@ -148,21 +152,25 @@ def unexplained(solution: balance.Balance) -> str:
 
 def cutoffs(
     recordings: Sequence[Recording],
-    system: System,
     solution: balance.Balance,
     rows: Sequence[Rows | None],
+    bias: SensorBias | None,
 ) -> tuple[str, Array]:
     """The balance solved again at lower cut-offs: what leaves its interval, and errors that hold.
 
-    A model that holds gives the same parameters whatever band they are read from.
+    A model that holds gives the same parameters whatever band they are read from, but for what the
+    error of the motion moves them by in a wider one.
     """
-    errors = solution.robust_errors.copy()
+    system, errors = solution.system, solution.robust_errors.copy()
     rate = max(1.0 / log.dt for log in recordings)
     filtering = system.filtering
     if filtering.passes(rate):
         return "", errors
     used = filtering.cutoff(rate)
-    furthest = solution.values.copy()
+    values, further_error = solution.values, np.zeros(len(errors))
+    if bias is not None:
+        values, further_error = values - bias.shift, bias.error
+    furthest = values.copy()
     frequencies = []
     for share in SHARES_STATES if system.law.states else SHARES:
         lower = filtering.lowered(share, rate)
@@ -174,16 +182,17 @@ def cutoffs(
             break
         frequencies.append(share * used)
         # What lies within the other's own error says nothing against this one.
-        off = np.abs(resolved.values - solution.values) > _excess(solution, resolved)
-        further = np.abs(resolved.values - solution.values) > np.abs(furthest - solution.values)
+        tolerance = _tolerance(np.hypot(solution.robust_errors, further_error), resolved)
+        off = np.abs(resolved.values - values) > tolerance
+        further = np.abs(resolved.values - values) > np.abs(furthest - values)
         furthest = np.where(off & further, resolved.values, furthest)
         del resolved  # before the next is made
-    moved = [i for i in system.free if furthest[i] != solution.values[i]]
+    moved = [i for i in system.free if furthest[i] != values[i]]
     for i in moved:
-        errors[i] = max(errors[i], abs(furthest[i] - solution.values[i]) / HALF_WIDTH)
+        errors[i] = max(errors[i], abs(furthest[i] - values[i]) / HALF_WIDTH)
     if not moved:
         return "", errors
-    names = ", ".join(_moved(system, solution, furthest, i) for i in moved)
+    names = ", ".join(_moved(system, values, furthest, i) for i in moved)
     sentence = (
         f"the estimates depend on the cut-off: between {frequencies[-1]:.3g} and {used:.3g} Hz "
         f"{names}; their intervals are widened to contain that"
@@ -191,16 +200,16 @@ def cutoffs(
     return sentence, errors
 
 
-def _excess(solution: balance.Balance, resolved: balance.Balance) -> Array:
+def _tolerance(errors: Array, resolved: balance.Balance) -> Array:
     """How far apart two balances of one log may be, 95 %: inf where one of them knows nothing."""
-    tolerance = HALF_WIDTH * np.hypot(solution.robust_errors, resolved.robust_errors)
+    tolerance = HALF_WIDTH * np.hypot(errors, resolved.robust_errors)
     return np.where(np.isfinite(tolerance), tolerance, np.inf)
 
 
-def _moved(system: System, solution: balance.Balance, furthest: Array, i: int) -> str:
+def _moved(system: System, values: Array, furthest: Array, i: int) -> str:
     rig, q = system.rig, system.parameters.every[i]
     shown = unit(rig.unit_of(q))
-    at_cutoff, elsewhere = (float(shown.from_si(x)) for x in (solution.values[i], furthest[i]))
+    at_cutoff, elsewhere = (float(shown.from_si(x)) for x in (values[i], furthest[i]))
     return f"{rig.label(q.name)} goes from {elsewhere:.3g} to {at_cutoff:.3g} {rig.unit_of(q)}"
 
 

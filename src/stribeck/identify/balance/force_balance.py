@@ -81,9 +81,7 @@ def solve_balance(
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]
     uncertain = uncertainty(residuals, x, keep=True, draws=draws).without_rows()
-    bias = None
-    if parameters.law.states:
-        bias = sensor_bias(solved, synchrony.recordings, synchrony.rows)
+    bias = sensor_bias(solved, synchrony.recordings, synchrony.rows)
     slopes = constant_slopes(
         solved,
         lambda p: balance.balance(
@@ -95,10 +93,10 @@ def solve_balance(
         log_parts(synchrony.recordings, solved, x),
         solved.robust_errors[parameters.free_places],
     )
-    checks = check_balance(synchrony, differing)
+    checks = check_balance(synchrony, differing, bias)
 
     def seen(judged: Sequence[Estimate]) -> Effects:
-        return effects(balance_rows(solved, judged))
+        return effects(balance_rows(solved, judged, bias))
 
     return balance_fit(
         SolvedLogs(
@@ -131,7 +129,7 @@ class SolvedLogs:
         slopes: Of the parameters over the constants of the rig.
         differing: What the logs give one by one.
         effects: What the residual shows of what the model leaves out, of the estimates.
-        bias: What the error of the position has moved the estimates by.
+        bias: What the error of the motion has moved the estimates by; None where by nothing.
     """
 
     data: DataSplit

@@ -1,8 +1,8 @@
-"""What the error of the position does to a law with states, and estimates without it.
+"""What the error of a measured motion does to the estimates, and estimates without it.
 
-States are driven by the measured motion, whose error does not average out: a path that is longer
-than the axis went wears bristles out, and acceleration from a noisy position makes a mass too
-small. So the same error is added once more, by chance, and what that moves the estimates by is
+It does not average out: acceleration from a noisy or coarse position makes a mass too small, and
+where the motion drives the states of a law, a path that is longer than the axis went wears bristles
+out. So the same error is added once more, by chance, and what that moves the estimates by is
 taken off them (simulation and extrapolation: Cook and Stefanski 1994, doi 10.2307/2290994; one
 step of Gauss and Newton takes the place of a refit).
 """
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...data.filtering import motion_noise
 from ...data.resolution import noise_of, step
 from ...space import Array, Param
 from ...units import unit
@@ -27,8 +28,8 @@ from .rows import filtered_logs
 from .settled_rows import rows_of
 
 if TYPE_CHECKING:
+    from ...data.filtering import Filtering
     from ...data.recording import Recording
-    from ...rig.balanced import BalancedRig
     from ..uncertainty.estimates import Estimate
     from .balance import Balance
     from .rows import Rows
@@ -39,13 +40,15 @@ DRAWS, SEED = 4, 1994
 LEFT = 0.25
 #: A move is told from this share of the half-width of an interval.
 TOLD = 0.5
+#: Moves of fewer standard errors than this, under a law without states, stay where they are.
+MOVES = 0.1
 #: From this share of a value on, one step of an extrapolation does not take a move off.
 BEYOND = 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class SensorBias:
-    """What the error of the position has moved the estimates by.
+    """What the error of the motion has moved the estimates by.
 
     Args:
         shift: Of all parameters, SI, (k,): what is to be taken off.
@@ -56,7 +59,7 @@ class SensorBias:
     error: Array
 
     def without(self, solved: Balance) -> Balance:
-        """A balance with parameters that the error of the position has not moved."""
+        """A balance with parameters that the error of the motion has not moved."""
         values = solved.values - self.shift
         predicted = prediction(solved.system, values)
         return replace(
@@ -93,18 +96,29 @@ class SensorBias:
             parts.append(f"{e.name} from {was:.4g} to {now:.4g} {e.unit}".rstrip())
         if not parts:
             return []
-        text = f"the error of the position is taken off: that moves {', '.join(parts)}"
-        return [Violation("data", text, caps=False), *_beyond(solved.system.rig, beyond)]
+        text = f"the error of the {_measured(solved)} is taken off: that moves {', '.join(parts)}"
+        return [Violation("data", text, caps=False), *_beyond(solved, beyond)]
 
 
-def _beyond(rig: BalancedRig, names: Sequence[str]) -> list[Violation]:
-    """What moves too far to be taken off, and which rig predicts the motion over many samples."""
+def _measured(solved: Balance) -> str:
+    """The channel that the motion comes from."""
+    return solved.system.filtering.velocity.replace("recorded", "recorded velocity")
+
+
+def _beyond(solved: Balance, names: Sequence[str]) -> list[Violation]:
+    """What moves too far to be taken off, and what shows it."""
     if not names:
         return []
+    rig, measured = solved.system.rig, _measured(solved)
+    remedy = f"record a finer {measured}, or faster motion"
+    if solved.system.law.states:
+        remedy = (
+            "a law that is driven by such a motion is biased: rig "
+            f"presliding{'-rotary' * rig.rotary} simulates it from the force instead"
+        )
     text = (
-        f"the error of the position moves {' and '.join(map(rig.label, names))} by more than "
-        f"{BEYOND:.0%}, which one step does not take off: a law that is driven by such a motion is "
-        f"biased: rig presliding{'-rotary' * rig.rotary} simulates it from the force instead"
+        f"the error of the {measured} moves {' and '.join(map(rig.label, names))} by more than "
+        f"{BEYOND:.0%}, which one step does not take off: {remedy}"
     )
     return [Violation("data", text, frozenset(names))]
 
@@ -121,24 +135,59 @@ def _moved(e: Estimate, q: Param, shift: float, further: float) -> Estimate:
 
 def sensor_bias(
     solved: Balance, recordings: Sequence[Recording], rows: Sequence[Rows | None]
-) -> SensorBias:
-    """What the error of the positions has moved the estimates of a solved balance by.
+) -> SensorBias | None:
+    """What the error of the motion has moved the estimates of a solved balance by.
 
     Args:
-        solved: Of a law with states.
+        solved: The balance.
         recordings: Its logs.
         rows: Which of their samples count.
+
+    Returns:
+        None under a law without states where it moves nothing by `MOVES` of a standard error.
     """
+    static, free = not solved.system.law.states, solved.system.free
+    least = MOVES * solved.robust_errors[free]
+    if static and not np.any(_dilution(solved, recordings) * np.abs(solved.values[free]) > least):
+        return None
     rng = np.random.default_rng(SEED)
     moves = np.array([_move(solved, recordings, rows, rng) for _ in range(DRAWS)])
+    if static and not np.any(np.abs(moves.mean(axis=0)) > least):
+        return None
     shift = np.zeros(len(solved.values))
     error = np.zeros(len(solved.values))
-    free = solved.system.free
     shift[free] = moves.mean(axis=0)
     error[free] = np.hypot(
         moves.std(axis=0, ddof=1) / np.sqrt(DRAWS), LEFT * np.abs(moves.mean(axis=0))
     )
     return _allowed(solved, shift, error)
+
+
+def _dilution(solved: Balance, recordings: Sequence[Recording]) -> float:
+    """The largest share of a log's squared velocities or accelerations that is noise.
+
+    By it, at most, least squares makes the slopes over them too small (Fuller 1987, Measurement
+    Error Models, section 1.1).
+    """
+    filtering, share = solved.system.filtering, 0.0
+    for recording, log in zip(recordings, solved.system.logs, strict=True):
+        noise = motion_noise(_error(_source(recording, filtering)), log.rate, filtering)
+        for sd, channel in ((noise.v, log.v), (noise.a, log.a)):
+            square = float(np.mean(log.pick(channel) ** 2)) if len(log.places) else 0.0
+            share = max(share, min(sd**2 / square, 1.0) if square else 0.0)
+    return share
+
+
+def _source(recording: Recording, filtering: Filtering) -> Array:
+    """The channel that velocities come from."""
+    if filtering.velocity == "recorded" and recording.velocity is not None:
+        return recording.velocity
+    return recording.position
+
+
+def _error(channel: Array) -> float:
+    """Standard deviation of a channel's noise and of its steps."""
+    return float(np.hypot(noise_of(channel), step(channel) / np.sqrt(12)))
 
 
 def _move(
@@ -163,8 +212,12 @@ def _move(
 
 
 def _noisier(log: Recording, rng: np.random.Generator) -> Recording:
-    sd = float(np.hypot(noise_of(log.position), step(log.position) / np.sqrt(12)))
-    return replace(log, position=log.position + sd * rng.standard_normal(len(log)))
+    """A log with as much error again on its position and on its recorded velocity."""
+    position = log.position + _error(log.position) * rng.standard_normal(len(log))
+    if log.velocity is None:
+        return replace(log, position=position)
+    velocity = log.velocity + _error(log.velocity) * rng.standard_normal(len(log))
+    return replace(log, position=position, velocity=velocity)
 
 
 def _allowed(solved: Balance, shift: Array, error: Array) -> SensorBias:
