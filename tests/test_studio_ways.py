@@ -117,11 +117,7 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
 
 @pytest.mark.parametrize(
     ("name", "hands"),
-    [
-        pytest.param(name, hands, marks=marks(name))
-        for name in WAYS
-        for hands in (Mouse, Keys)
-    ],
+    [pytest.param(name, hands, marks=marks(name)) for name in WAYS for hands in (Mouse, Keys)],
 )
 def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mouse | Keys]) -> None:
     way, pictured = WAYS[name], (name, hands) == ("twincat", Mouse)
