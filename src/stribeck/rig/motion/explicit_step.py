@@ -26,6 +26,8 @@ from .velocity import rubs
 MILD, DISTINCT = 0.5, 1e-9
 #: What two rules differ by is an estimate, which may be too small by this factor.
 SURE = 4.0
+#: No difference of velocities tells of an error that is less than this share of them.
+ROUNDING = float(np.finfo(float).eps)
 
 
 @compiled(forceinline=True)
@@ -92,6 +94,7 @@ def explicit_step(  # noqa: C901 - the stages of one method
             faster = h * (7.0 * (a_0 + a_1) + 32.0 * (a_q + a) + 12.0 * a_m) / 90.0
             further = h * h * (7.0 * a_0 + 24.0 * a_q + 6.0 * a_m + 8.0 * a) / 90.0
             error = SURE * (base * abs(v + faster - v_1) + abs(q + h * v + further - q_1))
+            error += ROUNDING * base * abs(v_1)
         if stage >= 3:  # noqa: PLR2004 - on the parabola
             v_s = v + h * at * (a_0 + at * (0.5 * slope + at * bend * 2.0 / 3.0))
             q_s = q + h * at * (v + h * at * (0.5 * a_0 + at * (slope + at * bend) / 6.0))
