@@ -6,14 +6,17 @@ import numpy as np
 
 from ..compile_cache import compiled
 from ..space import Array, Param
-from .law import Law, rub_law
-from .lugre import LUGRE
+from .law import Law, RigidLimit, rub_law
+from .lugre import LUGRE, near_stribeck
 from .lugre import starts as lugre_starts
+from .stribeck import STRIBECK_GAUSS
 from .yield_spectrum import Spectrum
 
 #: What is left to the steady deflection below which the approach is known in closed form, as a
 #: share of the plastic range, and the step of the quadrature until then, in its logarithm.
 _NEAR, _STEP = 1e-3, 0.05
+#: Where a search begins: the share of the Coulomb deflection that is purely elastic.
+_ELASTIC = 0.3
 
 
 @compiled()
@@ -85,7 +88,12 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
 
 def _starts(spectrum: Spectrum) -> Array:
     p = lugre_starts(spectrum)
-    return np.column_stack([p, np.full(len(p), 0.3)])
+    return np.column_stack([p, np.full(len(p), _ELASTIC)])
+
+
+def _near_stribeck(p: Array) -> Array:
+    bristles = near_stribeck(p)
+    return np.column_stack([bristles, np.full(len(bristles), _ELASTIC)])
 
 
 ELASTO_PLASTIC = Law(
@@ -106,4 +114,5 @@ ELASTO_PLASTIC = Law(
     linear=("sigma_1", "F_V"),
     physical=lambda p: np.logical_and(LUGRE.physical(p[:, :6]), (p[:, 6] >= 0) & (p[:, 6] < 1)),
     starts=_starts,
+    rigid_limit=RigidLimit(STRIBECK_GAUSS, _near_stribeck),
 )  # fmt: skip

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import cos, pi, sin
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numba import float64, types
@@ -162,6 +162,21 @@ def addressed(compiled: Any, signature: Any = SLIP_SIGNATURE) -> Addressed:
     return Addressed(compiled, signature)
 
 
+class RigidLimit(NamedTuple):
+    """What a law approaches as it rises from rest ever more steeply: a law that sticks.
+
+    Simulated at a fraction of the cost and with fewer local minima, its answer shows where the
+    other one's is.
+
+    law: It.
+    sets: Its parameters (k,) to parameter sets (n, m) of the other law without terms that come
+        close to it, from the softest to the stiffest. Those out of a search range count at its end.
+    """
+
+    law: Law
+    sets: Callable[[Array], Array]
+
+
 @dataclass(frozen=True)
 class Law:
     """A friction law and its parameters, in the order in which `slip` reads them.
@@ -202,6 +217,8 @@ class Law:
         elements: Of a law that is Maxwell elements beside viscous friction and nothing else: their
             levels, N (N m), and the displacements at which they yield, m (rad), (n, m) each, and
             F_V, (n,), of parameter sets (n, k).
+        rigid_limit: The law that it approaches as it rises from rest more steeply; None for one
+            that sticks.
     """
 
     name: str
@@ -222,6 +239,7 @@ class Law:
     roughness: Callable[[Array], Array] | None = None
     rests: bool = False
     elements: Callable[[Array], tuple[Array, Array, Array]] | None = None
+    rigid_limit: RigidLimit | None = None
 
     @property
     def static(self) -> bool:
@@ -323,6 +341,7 @@ def by_direction(
     split_names: tuple[str, ...] | None = None,
     name: str = "",
     roughness: Callable[[Array], Array] | None = None,
+    limit: Law | None = None,
 ) -> Law:
     """The direction-dependent variant of a law: `+` parameters for v > 0, `-` for v < 0.
 
@@ -332,6 +351,7 @@ def by_direction(
         split_names: Parameters that differ between directions; all but fixed ones by default.
         name: What it is listed under; that of the law with `-directional` by default.
         roughness: As of `Law`, over the parameters of both directions.
+        limit: The rigid limit's own variant.
     """
     split_names = split_names or tuple(q.name for q in law.params if q.fixed is None)
     split = [q for q in law.params if q.name in split_names]
@@ -355,7 +375,22 @@ def by_direction(
         linear=tuple(f"{name}{sign}" for sign in "+-" for name in law.linear),
         physical=physical,
         roughness=roughness,
+        rigid_limit=None if limit is None else _limit_by_direction(law, limit),
     )
+
+
+def _limit_by_direction(law: Law, directional: Law) -> RigidLimit | None:
+    """The rigid limit of a law whose directions share no parameter."""
+    if law.rigid_limit is None:
+        return None
+    names, sets_of_one = law.rigid_limit.law.names, law.rigid_limit.sets
+
+    def sets(p: Array) -> Array:
+        value = dict(zip(directional.names, p.tolist(), strict=True))
+        sides = [[value.get(f"{n}{sign}", value.get(n)) for n in names] for sign in "+-"]
+        return np.hstack([sets_of_one(np.array(side)) for side in sides])
+
+    return RigidLimit(directional, sets)
 
 
 def _signed(param: Param, sign: str) -> Param:

@@ -6,11 +6,15 @@ from math import copysign, exp, expm1
 import numpy as np
 
 from ..space import Array, Param
-from .law import Law, rub_law, slip_law
+from .law import Law, RigidLimit, rub_law, slip_law
+from .stribeck import STRIBECK_GAUSS
 from .yield_spectrum import Spectrum
 
 #: A bristle that falls into its deflection at a greater rate than this, 1/s, is there at once.
 _QUICKEST = 1e200
+#: Sets near a rigid law: Stribeck velocities over that law's, and times, s, in which an axis moves
+#: at that velocity by the deflection at which the bristles break away.
+_FASTER, _TIMES = (1.0, 10.0), (0.1, 0.01, 0.001)
 
 
 def _slip(v: float, p: Array) -> float:
@@ -44,6 +48,13 @@ def starts(spectrum: Spectrum) -> Array:
     ])  # fmt: skip
 
 
+def near_stribeck(p: Array) -> Array:
+    """Sets with the same levels, without damping, (n, 6)."""
+    F_S, F_C, F_V, v_SS = p[:4]
+    ways = [(v_SS * faster, v_SS * faster * T) for faster, T in product(_FASTER, _TIMES)]
+    return np.array([[max(F_S, F_C) / way, 0.0, F_S, F_C, v_s, F_V] for v_s, way in ways])
+
+
 LUGRE = Law(
     name="lugre",
     params=(
@@ -66,4 +77,5 @@ LUGRE = Law(
         (p[:, 2] >= p[:, 3]) & np.all(p >= 0, axis=1) & (p[:, 0] > 0) & (p[:, 4] > 0)
     ),
     starts=starts,
+    rigid_limit=RigidLimit(STRIBECK_GAUSS, near_stribeck),
 )

@@ -6,11 +6,13 @@ import numpy as np
 
 from ..compile_cache import compiled
 from ..space import Array, Param
-from .law import Law, by_direction, slip_law
-from .stribeck import STRIBECK
+from .law import Law, RigidLimit, by_direction, slip_law
+from .stribeck import STRIBECK, STRIBECK_DIRECTIONAL
 
 #: The speed scale of the Stribeck peak and of Coulomb's tanh, over the break-away velocity.
 _PEAK, _TURN = sqrt(2.0), 0.1
+#: Sets near a Stribeck law: break-away velocities over that law's Stribeck velocity.
+_BREAKS = (10.0, 1.0, 0.1)
 
 
 @compiled()
@@ -28,6 +30,12 @@ def _slip_directional(v: float, p: Array) -> float:
     return _force(v, p[i], p[i + 1], p[i + 2], p[i + 3])  # type: ignore[no-any-return]
 
 
+def _near_stribeck(p: Array) -> Array:
+    """Sets with the same levels, (n, 4)."""
+    F_S, F_C, F_V, v_SS = p[:4]
+    return np.array([[F_S, F_C, F_V, v_SS * ratio] for ratio in _BREAKS])
+
+
 STRIBECK_SMOOTH = Law(
     name="stribeck-smooth",
     params=(
@@ -43,6 +51,9 @@ STRIBECK_SMOOTH = Law(
     cite="Simscape, Translational Friction block (MathWorks)",
     linear=("F_S", "F_C", "F_V"),
     physical=lambda p: (p[:, 0] >= p[:, 1]) & np.all(p >= 0, axis=1) & (p[:, 3] > 0),
+    rigid_limit=RigidLimit(STRIBECK, _near_stribeck),
 )
 
-STRIBECK_SMOOTH_DIRECTIONAL = by_direction(STRIBECK_SMOOTH, _slip_directional)
+STRIBECK_SMOOTH_DIRECTIONAL = by_direction(
+    STRIBECK_SMOOTH, _slip_directional, limit=STRIBECK_DIRECTIONAL
+)

@@ -11,13 +11,14 @@ import numpy as np
 
 from ..errors import InputError
 from ..optimize import Run, Search, steps
+from ..rig.simulated import as_simulated
 from ..space import Array
 from .displaced_inertia import displaced_inertia
 from .fit_warnings import NOISY, RIVAL, noise_floor
 from .free_constants import FreeConstantsProblem
 from .growing_span import growing_span
 from .initial_state import FreeStartProblem, free_starts
-from .nested_answers import contained, descended, nested_answers
+from .nested_answers import contained, descended, nested_answers, rigid_limit
 from .polish import Polished, polish, polish_run
 from .problem import MotionProblem
 from .refinement import MANY, Refined, restarted, turned
@@ -35,6 +36,7 @@ from .search_settings import (
     sticks_and_slips,
 )
 from .segment import recordings_of
+from .selection.nesting import carried
 from .valley import along_valley
 
 #: Evaluations for each parameter and repeat below which a search is not worth its while.
@@ -154,9 +156,10 @@ def multistart(
     start_time = time.perf_counter()
     smooth = not sticks_and_slips(problem)
     searched = problem.thinned() if smooth and settings.memetic else problem
-    runs, interrupted = _repeated(searched, settings, progress, smooth=smooth)
+    near, evaluations = ([], 0) if smooth else _near_limit(searched, settings, progress)
+    runs, interrupted = _repeated(searched, settings, progress, smooth=smooth, near=near)
     runs, polished, interrupted = _polished(searched, runs, settings, interrupted)
-    evaluations = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
+    evaluations += sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
     answer = Refined(polished[0].x, polished[0].cost, 0)
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
@@ -224,18 +227,41 @@ def multistart(
     )
 
 
+def _near_limit(
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None
+) -> tuple[list[Array], int]:
+    """Points of a stick-slip problem near the answer of its law's rigid limit, SI; and the rows.
+
+    None where there is no such law, a force balance shows the answer, or the search is another's.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C ended the search of that law.
+    """
+    limit, rig = rigid_limit(problem.parameters), as_simulated(problem.parameters.rig)
+    if limit is None or rig.only_pushed or not settings.memetic or settings.settings:
+        return [], 0
+    optimum = multistart(MotionProblem(limit, problem.train), settings, progress)
+    if optimum.interrupted:
+        raise KeyboardInterrupt
+    answer = optimum.problem.parameters
+    p = answer.full(optimum.x[None, : len(answer.free)])[0]
+    return carried(answer, p, problem.parameters), optimum.search.evaluations
+
+
 def _repeated(
-    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
-) -> tuple[list[Run], bool]:
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool,
+    near: Sequence[Array] = (),
+) -> tuple[list[Run], bool]:  # fmt: skip
     """The repeats; where those of a smooth problem, or of slips, confirm each other no more.
 
-    Where a force balance shows where the answer is, they descend from there; others only where that
-    leaves more than noise.
+    Where a force balance or another law shows where the answer is, they descend from there; others
+    only where that leaves more than noise.
 
     Those that have come to the best misfit and stayed there wait for the others, as long as more
     of them can be added. Where contained laws lead further there is one, and a brief one.
     """
-    n, known = settings.repeats, settings.from_contact(problem)
+    n = settings.repeats
+    known = settings.from_points(problem, near) or settings.from_contact(problem)
     if known:
         runs, interrupted = run_searches(problem, known, progress)
         noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))

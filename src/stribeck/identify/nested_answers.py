@@ -21,7 +21,7 @@ from .parameters import Parameters
 from .polish import best_descent
 from .problem import MotionProblem
 from .refinement import Refined, turned
-from .selection.nesting import embedded, ingredients, synonym
+from .selection.nesting import carried, ingredients, synonym
 from .uncertainty.linearisation import box_of, linearised
 
 #: How many of the answers are refined, the best first.
@@ -56,6 +56,9 @@ def contained(parameters: Parameters) -> list[Parameters]:
             chosen.setdefault(has, nested)
     coarse = {has - {"exponent"} for has in chosen if "exponent" in has}
     left = [nested for has, nested in chosen.items() if has not in coarse - {frozenset()}]
+    limit = rigid_limit(parameters)
+    if limit is not None and not law.states:  # not contained, but as near as it likes to be
+        left.append(limit)
     return sorted(left, key=lambda nested: len(nested.free))
 
 
@@ -73,15 +76,30 @@ def nested_answers(problem: MotionProblem, solve: Solve) -> tuple[list[Array], i
     for parameters in contained(problem.parameters):
         simple = MotionProblem(parameters, problem.train)
         starts = [
-            embedded(p, p.full(x[None])[0], parameters)
+            point
             for p, x in answers
             if _ingredients(p) < _ingredients(parameters)
+            for point in carried(p, p.full(x[None])[0], parameters)
         ]
         answer = solve(simple) if not starts else descended(simple, starts)
         spent += answer.evaluations
         answers.append((parameters, answer.x))
     rich = problem.parameters
-    return [embedded(p, p.full(x[None])[0], rich) for p, x in answers], spent
+    return [point for p, x in answers for point in carried(p, p.full(x[None])[0], rich)], spent
+
+
+def rigid_limit(parameters: Parameters) -> Parameters | None:
+    """The law that a law approaches as it rises from rest more steeply, on the same rig.
+
+    With what both have as it is there; None where there is none, or nothing of it to be found.
+    """
+    limit = parameters.law.rigid_limit
+    if limit is None:
+        return None
+    try:
+        return _restricted(parameters, limit.law)
+    except InputError:
+        return None
 
 
 def descended(problem: MotionProblem, starts: list[Array]) -> Refined:

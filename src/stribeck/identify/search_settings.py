@@ -14,6 +14,7 @@ from ..data.segmentation import segment
 from ..errors import InputError
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure
 from ..optimize.descents import Descents
+from ..space import Array
 from ..wording import option
 from .contact_starts import contact_sets, scattered
 from .fit_warnings import NOISY
@@ -39,7 +40,7 @@ _SMOOTH: dict[str, Any] = {"settle": 60}
 _FEW: dict[str, Any] = {"tolerance": 1e-4}
 #: The same of a search beside the answers of the laws that its law contains.
 _BRIEF: dict[str, Any] = {"settle": 20}
-#: Rounds of descents from what a force balance shows; see `Descents`.
+#: Rounds of descents from what a force balance or another law shows; see `Descents`.
 _CONTACT_ROUNDS = ((8, 4), (3, 12), (2, 60))
 #: Fewer slips a log are no stick-slip.
 SLIPS = 5
@@ -135,6 +136,16 @@ class SearchSettings:
             return []
         algorithm = Descents(lambda rng: scattered(sets, rng), _CONTACT_ROUNDS)
         return self._searches_by(algorithm, problem, min(self.repeats, CONFIRM))
+
+    def from_points(self, problem: MotionProblem, points: Sequence[Array]) -> list[Search]:
+        """A repeat that descends from points, SI, (dim,) each, ready to run; none without points.
+
+        None either where another search is asked for than the package's own.
+        """
+        if not (points and self.memetic) or self.settings:
+            return []
+        u = problem.space.encode(np.array(points))
+        return self._searches_by(Descents(lambda _: u, _CONTACT_ROUNDS), problem, 1)
 
     def _searches_by(self, algorithm: Algorithm, problem: MotionProblem, n: int) -> list[Search]:
         stops = [] if self.target is None else [Target(self.target)]

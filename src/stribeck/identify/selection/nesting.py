@@ -99,6 +99,27 @@ def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
     return inside
 
 
+def carried(simple: Parameters, p: Array, rich: Parameters) -> list[Array]:
+    """Free parameters (dim,) of a richer law near a simpler one's: `embedded`, or near a limit.
+
+    Of a law that the simpler one is the rigid limit of, several; see `RigidLimit`.
+
+    Args:
+        simple: The simpler law's parameters.
+        p: Their values, SI, (k,).
+        rich: The richer law's.
+    """
+    point, limit = embedded(simple, p, rich), rich.law.rigid_limit
+    if limit is None or limit.law.name != simple.law.name:
+        return [point]
+    sets = limit.sets(p[: len(limit.law.params)])
+    of_law = dict(zip(rich.law.names, sets.T, strict=False))  # those of terms come last
+    else_at = zip(rich.free, point.tolist(), strict=True)
+    columns = [of_law.get(q.name, np.full(len(sets), value)) for q, value in else_at]
+    space = Space(rich.free)
+    return list(space.decode(space.encode(np.column_stack(columns)).clip(0.0, 1.0)))
+
+
 def synonym(name: str) -> str:
     """The name that most laws have for a parameter, its direction kept: K_c is F_C."""
     stem = name.rstrip("+-")

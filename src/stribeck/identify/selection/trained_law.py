@@ -26,7 +26,7 @@ from ..score import scores
 from ..segment import Segment, segments
 from ..uncertainty.residuals import parts
 from .folds import LogRange
-from .nesting import embedded
+from .nesting import carried
 from .range_ends import End, RangedAnswer, beyond, with_ranges_of
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _searched(
     whole = with_free_starts(problem)
     starts = whole.nominal if isinstance(whole, FreeStartProblem) else np.empty(0)
     x = [np.concatenate([run.x, starts])]
-    x += [_carried(trained, parameters, whole) for trained in simpler]
+    x += [point for trained in simpler for point in _carried(trained, parameters, whole)]
     costs = whole(np.array(x))
     spent = run.evaluations + len(x)
     # The end of the search is a minimum already, unless the starts have come free since.
@@ -201,13 +201,14 @@ def _searched(
 
 def _carried(
     trained: TrainedLaw, parameters: Parameters, whole: MotionProblem | FreeStartProblem
-) -> Array:
-    """A simpler law's answer as a point of a richer law's problem, its starts with it."""
-    x = embedded(trained.parameters, trained.p, parameters)
+) -> list[Array]:
+    """A simpler law's answer as points of a richer law's problem, its starts with them."""
+    points = carried(trained.parameters, trained.p, parameters)
     if not isinstance(whole, FreeStartProblem):
-        return x
+        return points
     starts, nominal = trained.x[len(trained.parameters.free) :], whole.nominal
-    return np.concatenate([x, starts if len(starts) == len(nominal) else nominal])
+    kept = starts if len(starts) == len(nominal) else nominal
+    return [np.concatenate([x, kept]) for x in points]
 
 
 def _segments(parameters: Parameters, ranges: Sequence[LogRange]) -> list[Segment]:
@@ -243,10 +244,10 @@ def _solved(
     best = solved(parameters)
     if best.system.shape:
         for law in (r for r in simpler if r.error < best.relative_error):
-            start = parameters.full(embedded(law.parameters, law.p, parameters)[None])[0]
-            from_nested = solved(parameters, start)
-            if from_nested.relative_error < best.relative_error:
-                best = from_nested
+            for start in parameters.full(np.array(carried(law.parameters, law.p, parameters))):
+                from_nested = solved(parameters, start)
+                if from_nested.relative_error < best.relative_error:
+                    best = from_nested
 
     def further(
         wider: Parameters, answer: RangedAnswer[balance.Balance]
