@@ -3,34 +3,39 @@
 A coarse search over the length of a stroke (`lag_search`) leads to within a row; from there the
 delay is a parameter like any other, whose slope is that of the force over time. The slope that is
 measured has noise of its own, so that it is no regressor: what stands in for it in the equations is
-the slope of the modelled force, whose noise, the position's, is another one (an instrument).
+the slope of the modelled force, whose noise, the position's, is another one (an instrument). The
+delay is where that instrument leaves no step, and not where the sum of squares is least: the noise
+of a force that is moved is another one at each lag, and on slow motion that decides which is least.
 
 Rows in which the velocity does not tell the direction are not among those of a balance: at a
 reversal friction rises before the axis moves, which reads as a force that is some milliseconds
-ahead.
+ahead. What the low pass of the position leaves beside them of the kink in between reads as a force
+that is ahead, too, the more so the lower the cut-off: here half a period of it is left out as well.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.filtering import kept
+from ...data.runs import within
 from ...space import Array
-from ..uncertainty.covariance import correlation_time, quick_look
+from ..uncertainty.covariance import HALF_WIDTH, correlation_time, quick_look
 from . import variable_projection
 from .lag_evidence import ratios, searched_errors
 from .lag_search import LagSums, best_lags, columns, lag_sums
 from .modelled_force import force_signal
+from .regression import System
 
 if TYPE_CHECKING:
     from ...data.derived_channel import SampledChannel
     from ...data.zero_phase import Samples, Signal
     from .balance import Balance
-    from .regression import System
     from .rows import Log
 
 #: A log is searched to at most this share of its length, whatever its strokes.
@@ -45,7 +50,10 @@ _MINIMA = 3
 #: The slope of the force is a difference over this share of a row to each side.
 _SPAN = 0.25
 #: Steps of the refinement end at this share of a row, or after so many.
-_FINE, _STEPS = 0.05, 4
+_FINE, _STEPS = 0.005, 6
+#: Periods of the cut-off that are left out beside rows of no known direction, unless fewer rows
+#: than this share of them are left.
+_BESIDE, _REMAINING = 0.5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +68,8 @@ class ChannelDelay:
         labels: What the parts are called.
         reach: How far was searched to each side, s.
         sample: The longest interval between two samples, s.
-        slopes: By how much the free parameters move for a second of delay, (free,).
+        slopes: By how much the free parameters move for a second of delay, over the delays that
+            its error allows, (free,).
         share: What is left of the residual's sum of squares without the delay.
         unexplained: What is left of the force's, square roots of both.
     """
@@ -84,6 +93,7 @@ class ChannelDelay:
 
 def channel_delay(solution: Balance) -> ChannelDelay:
     """The delay that explains solved logs best, with those of their parts."""
+    balanced, solution = solution, _apart_from_reversals(solution)
     system = solution.system
     row = 1.0 / min(log.row_rate for log in system.logs)
     parts, labels = _parts(system)
@@ -99,8 +109,10 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     places = best_lags(sums, least)
     W, rest = columns(solution)
     one = np.zeros_like(parts)
-    lag = _minimum(system, W, rest, _vertex(lags, variance, least), row)
-    whole = _stepped(solution, W, rest, one, np.array([lag]), row)
+    near = np.array([_vertex(lags, variance, least)])
+    whole = _stepped(solution, W, rest, one, near, row)
+    whole = _refined(solution, W, rest, one, whole, row)
+    lag = float(whole.lags[0])
     start = np.where(np.abs(lags[places] - lags[least]) <= row, lag, lags[places])
     before = whole if np.ptp(start) == 0.0 else None
     apart = _stepped(solution, W, rest, parts, start, row, before)
@@ -114,9 +126,10 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     searched = partial(searched_errors, effective=effective, row=row, reach=float(lags[-1]))
     spans = [float(log.clock[-1] - log.clock[0]) for log in system.logs]
     ratio = np.array([1.0 / max(share, tiny)])
+    error = float(searched(whole.lags, whole.errors, ratio, span=float(np.mean(spans)))[0])
     return ChannelDelay(
         seconds=lag,
-        error=float(searched(np.array([lag]), whole.errors, ratio, span=float(np.mean(spans)))[0]),
+        error=error,
         parts=apart.lags,
         part_errors=searched(
             apart.lags - lag, apart.errors, ratios(sums, places, least), span=sum(spans)
@@ -124,10 +137,34 @@ def channel_delay(solution: Balance) -> ChannelDelay:
         labels=labels,
         reach=float(lags[-1]),
         sample=1.0 / min(log.rate for log in system.logs),
-        slopes=_slopes(solution, whole.slope),
+        slopes=_slopes(balanced, lag, max(HALF_WIDTH * error, _SPAN * row)),
         share=share,
         unexplained=float(np.sqrt(whole.variance / max(float(np.mean(system.y**2)), tiny))),
     )
+
+
+def _apart_from_reversals(solution: Balance) -> Balance:
+    """A balance without the rows beside those whose direction is not known.
+
+    As it is where most rows are.
+    """
+    system = solution.system
+    logs = [_wider(log, round(_BESIDE * log.rate / system.filtering.cutoff(log.rate)))
+            for log in system.logs]  # fmt: skip
+    rows = sum(len(log.t) for log in logs)
+    if rows == len(system.y) or rows < _REMAINING * len(system.y):
+        return solution
+    fewer = System(system.parameters, logs, system.prior)
+    return replace(solution, system=fewer, jacobian=fewer.jacobian(solution.values))
+
+
+def _wider(log: Log, samples: int) -> Log:
+    """A log with gaps about its reversals that are longer by so many samples to each side."""
+    if not log.unsure.any() or log.unsure.all():
+        return log
+    unsure = within(log.unsure, samples)
+    counts = log.counts & ~unsure[kept(len(log), log.factor)]
+    return replace(log, unsure=unsure, counts=counts, t=log.row_clock[counts])
 
 
 def _parts(system: System) -> tuple[NDArray[np.intp], tuple[str, ...]]:
@@ -204,21 +241,6 @@ def _vertex(lags: Array, variance: Array, k: int) -> float:
     return float(lags[k] + share * (lags[1] - lags[0]))
 
 
-def _minimum(system: System, W: Array, rest: Array, near: float, row: float) -> float:
-    """The lag of the least variance within a row of one, to a fraction of a sample."""
-    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - slow to import
-
-    def variance(lag: float) -> float:
-        one = np.zeros(len(rest), dtype=int)
-        inside = _inside(system, one, np.array([lag]))
-        force = np.where(inside, system.at_lags(np.array([lag]))[:, 0] - rest, 0.0)
-        return _variance(W * inside[:, None], force) * len(inside) / max(int(inside.sum()), 1)
-
-    ends = (near - row, near + row)
-    found = minimize_scalar(variance, bounds=ends, method="bounded", options={"xatol": _FINE * row})
-    return float(found.x)
-
-
 @dataclass(frozen=True, eq=False)
 class _Step:
     """Lags (parts,), what they are too large by, their errors, and the force there, (rows,)."""
@@ -235,14 +257,14 @@ class _Step:
 def _refined(
     solution: Balance, W: Array, rest: Array, parts: NDArray[np.intp], first: _Step, row: float
 ) -> _Step:
-    """The lags of parts to a fraction of a sample, from a step within some rows of them."""
+    """The lags at which the instrument leaves no step, from one within some rows of them."""
     best = first
     for _ in range(_STEPS):
         if np.abs(best.change).max() < _FINE * row:
             break
         moved = best.lags - np.clip(best.change, -row, row)
         step = _stepped(solution, W, rest, parts, moved, row)
-        if not step.variance < best.variance:
+        if not np.abs(step.change).max() < np.abs(best.change).max():
             break
         best = step
     return best
@@ -368,8 +390,14 @@ def _slope(log: Log, model: Signal, at: Samples) -> Array:
     return np.asarray(rise * log.rate / np.maximum(after - before, 1))
 
 
-def _slopes(solution: Balance, force_slope: Array) -> Array:
-    """By how much the free parameters move for a second of delay, (free,)."""
+def _slopes(solution: Balance, lag: float, reach: float) -> Array:
+    """By how much the free parameters move for a second of delay, about a lag, (free,).
+
+    A difference and no derivative: a force that is late by more than a reversal is blurred brings
+    what acted during it into the rows after it, which no slope at one lag tells.
+    """
+    before, after = solution.system.at_lags(np.array([lag - reach, lag + reach])).T
+    force_slope: Array = (after - before) / (2.0 * reach)
     seen = np.isfinite(np.diag(solution.covariance))
     slopes = np.zeros(len(solution.system.free))
     prior = solution.system.free_prior[:, seen]
@@ -378,8 +406,3 @@ def _slopes(solution: Balance, force_slope: Array) -> Array:
     lengths = np.linalg.norm(J, axis=0)
     slopes[seen] = np.linalg.lstsq(J / lengths, force_slope, rcond=None)[0] / lengths
     return slopes
-
-
-def _variance(W: Array, y: Array) -> float:
-    R = variable_projection.triangle(np.column_stack([W, y]))
-    return float(R[-1, -1] ** 2) / len(y)
