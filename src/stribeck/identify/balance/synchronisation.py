@@ -11,12 +11,14 @@ import numpy as np
 
 from ...data.alignment import Delay, checked_delay
 from ...errors import InputError
+from ...rig.rig import shown_difference
 from ...space import Array
 from ...units import unit
 from ...wording import option
 from ..conditions import Violation
 from ..data_split import DataSplit
 from ..uncertainty.covariance import HALF_WIDTH
+from ..uncertainty.verdict import IDENTIFIED
 from .balance import NOTHING, Balance, balance
 from .channel_delay import ChannelDelay, channel_delay
 from .channel_filter import CLEARLY, SURELY, ChannelFilter, channel_filter
@@ -40,6 +42,9 @@ CERTAIN, MOSTLY, LIKELY = 5.0, 0.5, 2.0
 UNSEEN = 0.5
 #: Errors are widened for the delay where that makes them so much larger.
 _WIDER = 1.1
+#: Of the parameters that a delay moves, those are named that leave their intervals within so many
+#: times the delay that the first of them takes.
+BESIDE = 5.0
 #: Searches for what a move leaves.
 _PASSES = 3
 #: Share of the cut-off at which a certain delay is looked at again.
@@ -96,15 +101,46 @@ class Synchronised:
         elif self.undecided:
             violations.append(_fault(_undecided(left)))
         elif names := self._moved_by_likely():
-            violations.append(
-                Violation(
-                    "data",
-                    f"the force may be {_interval(left)}, which would move {self._moves(names)}: "
-                    f"{option('delay')} takes what is known of it, 0 included",
-                    frozenset(names),
-                )
+            text = (
+                f"the force may be {_interval(left)}, which would move {self._moves(names)}: "
+                f"{option('delay')} takes what is known of it, 0 included"
             )
+            violations.append(_fault(text))  # of all, as beyond a reversal no slope tells the move
+        elif assumed := self._assumed():
+            violations.append(Violation("data", assumed, caps=False))
         return violations
+
+    def _assumed(self) -> str:
+        """What is taken of a delay that the logs do not show, where that rules an estimate.
+
+        Empty where every delay that would move an estimate out of its interval would show.
+        """
+        left, solved = self.left, self.solved
+        if self.known is not None or self.data.delay or 100 * left.unexplained > NOTHING:
+            return ""
+        free = solved.system.free
+        half = HALF_WIDTH * self.widened(solved.robust_errors)[free]
+        known = half <= IDENTIFIED * np.abs(solved.values[free])
+        with np.errstate(divide="ignore"):
+            soonest = np.where(known, half / np.abs(left.slopes), np.inf)
+        reach = abs(left.seconds) + HALF_WIDTH * left.error
+        first = float(soonest.min(initial=np.inf))
+        if not first < reach:
+            return ""
+        moves = ", ".join(self._each_ms(int(k)) for k in np.flatnonzero(soonest < BESIDE * first))
+        return (
+            "a delay of the force after the motion is taken to be half a sample at most: the logs "
+            f"hardly show one, {moves} for each ms, and {1e3 * first:.2g} ms would be beyond an "
+            f"interval: {option('delay')} takes what is known of it, 0 included"
+        )
+
+    def _each_ms(self, k: int) -> str:
+        """By how much a free parameter moves with the delay."""
+        system = self.solved.system
+        rig, q = system.rig, system.parameters.every[system.free[k]]
+        move = float(shown_difference(rig, q, 1e-3 * float(self.left.slopes[k])))
+        word = "rises" if move > 0 else "falls"
+        return f"{rig.label(q.name)} {word} {abs(move):.2g} {rig.unit_of(q)}".rstrip()
 
     def widened(self, errors: Array) -> Array:
         """Standard errors of all parameters, (k,), with what a delay does that is left.
