@@ -129,6 +129,7 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     spans = [float(log.clock[-1] - log.clock[0]) for log in system.logs]
     ratio = np.array([1.0 / max(share, tiny)])
     error = float(searched(whole.lags, whole.errors, ratio, span=float(np.mean(spans)))[0])
+    error = min(error, max(spans))  # a log shows no more of it than that it lies in the log
     return ChannelDelay(
         seconds=lag,
         error=error,
