@@ -50,7 +50,9 @@ def fitted(speeds: str, seed: int, *, warming: float = 0.0, late: float = 0.0) -
 
 
 def told(fit: Fit) -> list[str]:
-    return [w for w in fit.warnings if "the motion" in w or "by one time" in w]
+    """What is told of a delay, other than what is assumed of one that the log does not show."""
+    delays = [w for w in fit.warnings if "the motion" in w or "by one time" in w]
+    return [w for w in delays if "is taken to be half a sample at most" not in w]
 
 
 @pytest.mark.parametrize("warming", [0.0, 0.3])
@@ -103,8 +105,15 @@ def test_the_parts_of_a_stroke_whose_starts_are_in_step_are_told_no_drift(seed: 
 
 
 def test_a_stroke_that_accelerates_from_rest_shows_a_delay() -> None:
-    delays = [fitted("ever faster", seed, late=0.2).delay for seed in range(4)]
-    assert delays == pytest.approx([0.2] * 4, abs=0.015)
+    """Its start has left the log that is moved: where the rest shows too little, that is told."""
+    fits = [fitted("ever faster", seed, late=0.2) for seed in range(8)]
+    moved = [fit.delay for fit in fits if fit.delay]
+    assert len(moved) >= 4
+    assert moved == pytest.approx([0.2] * len(moved), abs=0.025)
+    for fit in fits:
+        if not fit.delay:
+            assert any("the log does not show by how much" in w for w in told(fit))
+            assert "identified" not in {e.verdict for e in fit.estimates}
 
 
 @pytest.mark.parametrize("seed", [1, 3, 9])

@@ -74,6 +74,8 @@ def ratios(sums: Sequence[LagSums], places: Sequence[int], common: int) -> Array
             first = first + other
         return float(first.left())
 
-    own = max(variance(places), float(np.finfo(float).tiny))
     moved = [[*places[:i], common, *places[i + 1 :]] for i in range(len(places))]
-    return np.array([variance(at) for at in moved]) / own
+    left = np.array([variance(at) for at in moved])
+    # nothing is left of a force that the model explains to rounding, at either lag
+    float64 = np.finfo(float)
+    return np.asarray(left / max(variance(places), float64.eps * left.max(), float(float64.tiny)))

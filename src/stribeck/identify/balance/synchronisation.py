@@ -120,9 +120,9 @@ class Synchronised:
             return ""
         free = solved.system.free
         half = HALF_WIDTH * self.widened(solved.robust_errors)[free]
-        known = half <= IDENTIFIED * np.abs(solved.values[free])
-        with np.errstate(divide="ignore"):
-            soonest = np.where(known, half / np.abs(left.slopes), np.inf)
+        known = (half <= IDENTIFIED * np.abs(solved.values[free])) & (left.slopes != 0.0)
+        soonest = np.full(len(half), np.inf)
+        np.divide(half, np.abs(left.slopes), out=soonest, where=known)
         reach = abs(left.seconds) + HALF_WIDTH * left.error
         first = float(soonest.min(initial=np.inf))
         if not first < reach:
