@@ -301,3 +301,25 @@ def test_every_part_stands_in_a_draft_that_is_read(rotary: bool) -> None:
             assert {c.name for c in part.coefficients if c.idle is None} <= {
                 q.name for q in rig.params
             }
+
+
+def test_a_range_in_an_axis_file_is_kept_to() -> None:
+    t = np.arange(0.0, 3.0, 4e-3)
+    goal = 0.8 * np.sin(1.5 * t) + 0.3 * np.sin(4.1 * t)
+    values = {"kp": 4.0, "kd": 0.1, "armature": 0.05, "F_C": 0.4, "F_V": 0.2}
+    q = plain_steps.simulate(values, t, {"goal": goal}, "damped", "force", 100)
+    q += 2e-5 * np.random.default_rng(0).standard_normal(len(t))
+    table = """
+        law = "coulomb-viscous"
+        rotary = true
+        ranges = { F_C = [0, 2], F_V = [0, 1] }
+        controller.damped = { kp = 4.0, kd = 0.1 }
+        motor.force.armature = 0.0
+        load.inertia.J = { free = [0.08, 0.2] }
+    """
+    rig = composed_axis(tomllib.loads(table), "axis")
+    fit = identify(Recording(t=t, position=q, command=goal, rotary=True), rig=rig, delay=0.0)
+    J = next(e for e in fit.estimates if e.name == "J")
+    assert J.value == pytest.approx(0.08, rel=1e-6)
+    assert J.verdict != "identified"
+    assert not any("widened" in note for note in fit.notes)

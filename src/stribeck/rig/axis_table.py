@@ -137,6 +137,7 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
         input_columns=inputs,
         shows={**shown, **content.shows},
         columns=content.columns,
+        bounded=frozenset(c.name for p in parts for c in p.coefficients if c.free),
         table=dict(table),
         **sides,
         **_memory(states, parts),

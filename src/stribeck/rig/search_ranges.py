@@ -44,4 +44,4 @@ def with_ranges(
         if not low < high:
             raise InputError(f"ranges: {label}: {low} is not below {high}")
         chosen[key] = (in_si(rig, param, low), in_si(rig, param, high))
-    return replace(rig, ranges={**rig.ranges, **chosen}, bounded=frozenset(chosen))
+    return replace(rig, ranges={**rig.ranges, **chosen}, bounded=rig.bounded | frozenset(chosen))
