@@ -20,7 +20,7 @@ from ..space import Array, Param
 from .parameters import Parameters
 from .polish import best_descent
 from .problem import MotionProblem
-from .refinement import Refined, turned
+from .refinement import MANY, Refined, turned
 from .selection.nesting import carried, ingredients, synonym
 from .uncertainty.linearisation import box_of, linearised
 
@@ -86,6 +86,15 @@ def nested_answers(problem: MotionProblem, solve: Solve) -> tuple[list[Array], i
         answers.append((parameters, answer.x))
     rich = problem.parameters
     return [point for p, x in answers for point in carried(p, p.full(x[None])[0], rich)], spent
+
+
+def richest(parameters: Parameters) -> Parameters | None:
+    """The contained law of the most parameters, where these are many; None if there is none.
+
+    In fewer dimensions a search on some of the samples finds the minimum as a rule.
+    """
+    many = [nested for nested in contained(parameters) if len(nested.free) >= MANY]
+    return many[-1] if many else None
 
 
 def rigid_limit(parameters: Parameters) -> Parameters | None:
