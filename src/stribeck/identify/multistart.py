@@ -18,7 +18,7 @@ from .fit_warnings import NOISY, RIVAL, noise_floor
 from .free_constants import FreeConstantsProblem
 from .growing_span import growing_span
 from .initial_state import FreeStartProblem, free_starts
-from .nested_answers import contained, descended, nested_answers, richest, rigid_limit
+from .nested_answers import Answers, contained, descended, nested_answers, richest, rigid_limit
 from .parameters import WIDENINGS, Parameters
 from .polish import Polished, polish, polish_run
 from .problem import MotionProblem
@@ -137,6 +137,7 @@ def multistart(
     *,
     searches: int = SEARCHES,
     known: Sequence[Array] = (),
+    answers: Answers | None = None,
 ) -> Optimum:
     """Search, polish each repeat, and refine the best: in its own loss, and with free starts.
 
@@ -150,26 +151,28 @@ def multistart(
         searches: How often it may be done.
         known: Answers of a search in narrower ranges and of contained laws, free parameters, SI,
             (dim,) each: these laws are not searched again, and the optimum is no worse.
+        answers: Of contained laws on fewer samples, as far as they were met; more are added.
 
     Raises:
         InputError: no parameter set could be simulated.
     """
-    start_time = time.perf_counter()
+    start_time, answers = time.perf_counter(), {} if answers is None else answers
     smooth = not sticks_and_slips(problem)
     searched = problem.thinned() if smooth and settings.memetic else problem
     runs, polished, evaluations, interrupted = _own(searched, settings, progress, smooth=smooth)
     done = known or interrupted or not smooth or _reached(settings, polished[0].cost)
     simple = None if done or not settings.memetic else richest(problem.parameters)
-    below = 0  # evaluations of the contained law, which are not of this one's budget
+    below, least = 0, list(known)  # evaluations that are not of this law's budget
     if simple is not None:
-        held, known, below, interrupted = _contained_answer(problem, simple, settings, progress)
+        solve = partial(multistart, settings=settings, progress=progress, answers=answers)
+        held, least, below, interrupted = _contained_answer(problem, simple, solve)
         searched = held if searched is problem else searched.over(held.parameters)
         problem = held
-    answer = Refined(polished[0].x, polished[0].cost, 0, rivals=tuple(known))
+    answer = Refined(polished[0].x, polished[0].cost, 0, rivals=tuple(least))
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
         answer, interrupted = _refined_answer(
-            searched, answer, settings, progress, allowance, known
+            searched, answer, settings, progress, allowance, None if known else answers
         )
     evaluations += answer.evaluations
     seconds = time.perf_counter() - start_time
@@ -178,7 +181,7 @@ def multistart(
         allowance = 0
     if problem.parameters.objective.loss == "absolute" and not interrupted:
         problem = problem.finer()
-    refit = (problem is not searched and allowance > 1) or bool(known)
+    refit = (problem is not searched and allowance > 1) or bool(least)
     around, stopped = _on_all_samples(problem, answer, allowance, refit=refit)
     best, cost, refined = around.x, around.cost, around.evaluations
     if stopped:
@@ -271,18 +274,17 @@ def _near_limit(
 
 
 def _contained_answer(
-    problem: MotionProblem, simple: Parameters, settings: SearchSettings,
-    progress: Progress | None,
-) -> tuple[MotionProblem, list[Array], int, bool]:  # fmt: skip
+    problem: MotionProblem, simple: Parameters, solve: Callable[[MotionProblem], Optimum]
+) -> tuple[MotionProblem, list[Array], int, bool]:
     """The answer of a contained law, searched as an identification with that law searches it.
 
-    It ends at the same place, so that the richer law, which starts there, is never worse.
+    It ends at the same place, so that the richer law, which is given that, is never worse.
 
     Returns:
         The richer law's problem, in ranges that hold the answer; the answer there, SI, (dim,); the
         evaluations; and whether Ctrl-C ended the search.
     """
-    optimum = multistart(MotionProblem(simple, problem.train), settings, progress)
+    optimum = solve(MotionProblem(simple, problem.train))
     answer, rich = optimum.problem.parameters, problem.parameters
     p = answer.full(optimum.x[None, : len(answer.free)])[0]
     wider = rich.reaching(placed(answer, p, rich))
@@ -347,43 +349,49 @@ def _drawn(
 
 def _refined_answer(
     problem: MotionProblem, answer: Refined, settings: SearchSettings, progress: Progress | None,
-    allowance: int, known: Sequence[Array],
+    allowance: int, answers: Answers | None,
 ) -> tuple[Refined, bool]:  # fmt: skip
-    """The answer of the repeats refined, or what contained laws lead to where that is better.
+    """The answer of the repeats refined, or what others lead to where that is better.
 
-    And whether Ctrl-C ended that.
+    And whether Ctrl-C ended that. The others are the answer's rivals and those of contained laws;
+    None: the rivals have these among them.
+
+    Where there are both, descents from rivals are others: of two places the lower need not be the
+    one that leads further.
     """
     if _reached(settings, answer.cost):
         return answer, False
-    best = answer
+    best, rivals = answer, list(answer.rivals)
     try:
         rich = _rich(problem)
         if not rich:
             best = _deepened(problem, answer.x, answer.cost)
-        spent = best.evaluations
-        starts = list(known)
-        if not known:
+        spent, groups = best.evaluations, [rivals.copy()]
+        if answers is not None:
             solve = partial(_solved, settings=settings, progress=progress)
-            starts, rows = nested_answers(problem, solve)
+            nested, rows = nested_answers(problem, solve, answers)
             spent += rows
+            groups.insert(0, nested)
+            rivals += nested
         if rich:  # the search's own answer is as little refined as the others
-            starts.append(answer.x)
-        if starts:
-            nested = descended(problem, starts)
-            spent += nested.evaluations
-            starts.append((best if nested.cost < best.cost else nested).x)
-            if nested.cost < best.cost:
-                best = _along_valley(problem, nested)
-                spent += best.evaluations - nested.evaluations
+            groups[0].append(answer.x)
+            rivals.append(answer.x)
+        for starts in filter(None, groups):
+            end = descended(problem, starts)
+            spent += end.evaluations
+            rivals.append((best if end.cost < best.cost else end).x)
+            if end.cost < best.cost:
+                best = _along_valley(problem, end)
+                spent += best.evaluations - end.evaluations
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
         best = ripple_orders(problem, best)
         grown = growing_span(problem, best)
         best = grown if grown.cost == best.cost else _along_valley(problem, grown)
-        best = replace(best, rivals=tuple(starts))
+        best = replace(best, rivals=tuple(rivals))
     except KeyboardInterrupt:
-        return replace(best, rivals=tuple(known)), True
+        return replace(best, rivals=answer.rivals), True
     return best, False
 
 
