@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,8 +14,8 @@ from stribeck import RIGS
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
 from stribeck.identify.free_constants import FreeConstantsProblem, with_free_constants
-from stribeck.identify.loss import Objective
-from stribeck.identify.multistart import multistart
+from stribeck.identify.loss import Loss, Objective
+from stribeck.identify.multistart import Optimum, multistart
 from stribeck.identify.nested_answers import contained, descended, nested_answers
 from stribeck.identify.other_loss import other_loss_violations
 from stribeck.identify.parameters import partition
@@ -24,9 +25,10 @@ from stribeck.identify.refinement import Refined, turned
 from stribeck.identify.score import scores
 from stribeck.identify.search_settings import QUIET_ROUGH, SearchSettings
 from stribeck.identify.segment import segments
+from stribeck.identify.selection.nesting import carried, placed
 from stribeck.identify.uncertainty.estimates import Estimate, without_partners
 from stribeck.identify.valley import along_valley
-from stribeck.optimize import rms
+from stribeck.optimize import Search, rms
 from stribeck.rig.simulated import as_simulated
 from stribeck.space import Array, box
 
@@ -49,8 +51,8 @@ def log_of(bam: servo.Bam, seed: int = 0, noise: float = 5e-4) -> Recording:
     )  # fmt: skip
 
 
-def problem_of(law: str, log: Recording, **fixed: float) -> MotionProblem:
-    parameters = partition(RIG, law_named(law), fixed=fixed)
+def problem_of(law: str, log: Recording, loss: Loss = "squares", **fixed: float) -> MotionProblem:
+    parameters = partition(RIG, law_named(law), fixed=fixed, objective=Objective(loss))
     return MotionProblem(parameters, segments([log], as_simulated(RIG), None))
 
 
@@ -126,6 +128,68 @@ def test_a_law_is_never_worse_than_one_it_contains(seed: int) -> None:
     ends = {law: multistart(problem_of(law, log), settings) for law in ("bam-m3", "bam-m4")}
     costs = {law: float(o.problem(o.x[None])[0]) for law, o in ends.items()}
     assert costs["bam-m4"] <= costs["bam-m3"] * (1 + 1e-3)
+
+
+def traces(law: str, settings: SearchSettings) -> tuple[Optimum, dict[int, list[Array]]]:
+    """A search, and the misfits that the repeats met, for each number of dimensions."""
+    met: dict[int, list[Array]] = {}
+
+    def note(searches: Sequence[Search]) -> None:
+        met[searches[0].space.dim] = [s.trace.f.copy() for s in searches]
+
+    return multistart(problem_of(law, log_of(LOADED), "absolute"), settings, note), met
+
+
+def test_a_law_of_many_parameters_starts_where_the_richest_that_it_contains_ends() -> None:
+    """That one is searched as by itself, at the same evaluations, and what follows only lowers."""
+    settings = SearchSettings(seed=1, budget=250, repeats=1)
+    simple, alone = traces("bam-m4", settings)
+    rich, within = traces("bam-m5", settings)
+    assert set(within) == {13, *alone}
+    for dim, repeats in alone.items():
+        for one, other in zip(repeats, within[dim], strict=True):
+            assert np.array_equal(one, other)
+    assert rich.search.evaluations > simple.search.evaluations
+    least = float(simple.problem(simple.x[None])[0])
+    assert float(rich.problem(rich.x[None])[0]) <= least * (1 + 1e-6)
+
+
+def test_a_known_answer_is_kept_where_no_evaluations_are_left() -> None:
+    """On fewer samples, and with a higher knee of the loss, another place may be lower."""
+    problem = problem_of("bam-m5", log_of(LOADED), "absolute")
+    finest = problem.finer()
+    x = np.array([*LOADED[:9], AXIS.k_t, AXIS.R, AXIS.armature, AXIS.q_offset])
+    known = polish(finest, x, None, 400)
+    end = multistart(problem, SearchSettings(budget=1, repeats=1), known=[known.x])
+    assert float(end.problem(end.x[None])[0]) <= known.cost * (1 + 1e-9)
+
+
+def test_an_answer_beyond_the_default_ranges_is_carried_over_in_wider_ones() -> None:
+    log = log_of(LOADED)
+    simple, rich = problem_of("bam-m4", log), problem_of("bam-m5", log)
+    beyond = {q.name: 3.0 * q.upper for q in simple.space.params if q.name in {"K_l", "armature"}}
+    x = simple.space.decode(np.full((1, simple.space.dim), 0.4))[0]
+    x = np.array([beyond.get(n, v) for n, v in zip(simple.space.names, x, strict=True)])
+    p = simple.parameters.full(x[None])[0]
+    (clipped,) = carried(simple.parameters, p, rich.parameters)
+    wider = rich.parameters.reaching(placed(simple.parameters, p, rich.parameters))
+    (point,) = carried(simple.parameters, p, wider)
+    cost = float(simple(x[None])[0])
+    assert float(rich(clipped[None])[0]) != pytest.approx(cost, rel=0.01)
+    assert float(rich.over(wider)(point[None])[0]) == pytest.approx(cost, rel=1e-6)
+    widths = {q.name: q.upper for q in wider.free}
+    assert widths["K_m"] >= beyond["K_l"]
+    assert widths["K_c"] == rich.parameters.free[0].upper  # what holds it stays
+
+
+def test_a_range_of_the_users_own_is_kept_though_an_answer_lies_beyond() -> None:
+    own = partition(RIG, law_named("bam-m5"), bounds={"K_m": (0.0, 0.2)})
+    x = own.middle
+    places = {q.name: k for k, q in enumerate(own.free)}
+    x[[places["K_m"], places["K_e"]]] = 50.0
+    ranges = {q.name: (q.lower, q.upper) for q in own.reaching(x).free}
+    assert ranges["K_m"] == (0.0, 0.2)
+    assert ranges["K_e"][1] >= 50.0
 
 
 def test_a_law_of_many_parameters_has_one_repeat_beside_the_laws_that_it_contains() -> None:

@@ -18,7 +18,8 @@ from .fit_warnings import NOISY, RIVAL, noise_floor
 from .free_constants import FreeConstantsProblem
 from .growing_span import growing_span
 from .initial_state import FreeStartProblem, free_starts
-from .nested_answers import contained, descended, nested_answers, rigid_limit
+from .nested_answers import Answers, contained, descended, nested_answers, richest, rigid_limit
+from .parameters import WIDENINGS, Parameters
 from .polish import Polished, polish, polish_run
 from .problem import MotionProblem
 from .refinement import MANY, Refined, restarted, turned
@@ -36,14 +37,14 @@ from .search_settings import (
     sticks_and_slips,
 )
 from .segment import recordings_of
-from .selection.nesting import carried
+from .selection.nesting import carried, placed
 from .valley import along_valley
 
 #: Evaluations for each parameter and repeat below which a search is not worth its while.
 FEWEST = 100
-#: How often default ranges are widened in a row, the share of J whose gain there calls for a new
-#: search, and how many searches there may be in all.
-WIDENINGS, MATERIAL, SEARCHES = 10, 0.01, 3
+#: The share of J whose gain in wider default ranges calls for a new search, and how many searches
+#: there may be in all.
+MATERIAL, SEARCHES = 0.01, 3
 #: The next best answer is descended from again, on all samples and by the final loss, if it is
 #: worse there by no more than this share: before, the order of two answers may be another.
 NEAR = 0.02
@@ -136,6 +137,7 @@ def multistart(
     *,
     searches: int = SEARCHES,
     known: Sequence[Array] = (),
+    answers: Answers | None = None,
 ) -> Optimum:
     """Search, polish each repeat, and refine the best: in its own loss, and with free starts.
 
@@ -148,23 +150,29 @@ def multistart(
         progress: Called with the searches after every step.
         searches: How often it may be done.
         known: Answers of a search in narrower ranges and of contained laws, free parameters, SI,
-            (dim,) each: these laws are not searched again.
+            (dim,) each: these laws are not searched again, and the optimum is no worse.
+        answers: Of contained laws on fewer samples, as far as they were met; more are added.
 
     Raises:
         InputError: no parameter set could be simulated.
     """
-    start_time = time.perf_counter()
+    start_time, answers = time.perf_counter(), {} if answers is None else answers
     smooth = not sticks_and_slips(problem)
     searched = problem.thinned() if smooth and settings.memetic else problem
-    near, evaluations = ([], 0) if smooth else _near_limit(searched, settings, progress)
-    runs, interrupted = _repeated(searched, settings, progress, smooth=smooth, near=near)
-    runs, polished, interrupted = _polished(searched, runs, settings, interrupted)
-    evaluations += sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
-    answer = Refined(polished[0].x, polished[0].cost, 0)
+    runs, polished, evaluations, interrupted = _own(searched, settings, progress, smooth=smooth)
+    done = known or interrupted or not smooth or _reached(settings, polished[0].cost)
+    simple = None if done or not settings.memetic else richest(problem.parameters)
+    below, least = 0, list(known)  # evaluations that are not of this law's budget
+    if simple is not None:
+        solve = partial(multistart, settings=settings, progress=progress, answers=answers)
+        held, least, below, interrupted = _contained_answer(problem, simple, solve)
+        searched = held if searched is problem else searched.over(held.parameters)
+        problem = held
+    answer = Refined(polished[0].x, polished[0].cost, 0, rivals=tuple(least))
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
         answer, interrupted = _refined_answer(
-            searched, answer, settings, progress, allowance, known
+            searched, answer, settings, progress, allowance, None if known else answers
         )
     evaluations += answer.evaluations
     seconds = time.perf_counter() - start_time
@@ -173,7 +181,7 @@ def multistart(
         allowance = 0
     if problem.parameters.objective.loss == "absolute" and not interrupted:
         problem = problem.finer()
-    refit = problem is not searched and allowance > 1
+    refit = (problem is not searched and allowance > 1) or bool(least)
     around, stopped = _on_all_samples(problem, answer, allowance, refit=refit)
     best, cost, refined = around.x, around.cost, around.evaluations
     if stopped:
@@ -192,21 +200,17 @@ def multistart(
             ):
                 known = (wider.x, *answer.rivals) if smooth and _rich(problem) else ()
                 again = multistart(problem, left, progress, searches=searches - 1, known=known)
-                return _after(again, evaluations + refined, seconds)
+                return _after(again, below + evaluations + refined, seconds)
             cost = wider.cost
         if smooth and settings.memetic and allowance > refined:
             start = Polished(best, cost, 0)
             problem, end = _restarted(problem, start, settings, allowance - refined)
             whole, best, refined = problem, end.x, refined + end.evaluations
-        free = with_free_starts(problem)
-        if isinstance(free, FreeStartProblem) and allowance > refined:
-            x = np.concatenate([best, free.nominal])
-            start = polish(free, x, None, min(allowance - refined, POLISH))
-            whole, best, refined = free, start.x, refined + start.evaluations
+        whole, best, rows = _started(problem, best, allowance - refined)
+        refined += rows
     except KeyboardInterrupt:
         interrupted = True
-    rivals = [d.x for d in polished if d.cost <= RIVAL * answer.cost]
-    dim = problem.space.dim
+    spread, rivals = _spread(polished, RIVAL * answer.cost)
     return Optimum(
         whole,
         best,
@@ -215,16 +219,37 @@ def multistart(
             settings.seed,
             tuple(runs),
             tuple(polished),
-            evaluations + refined,
+            below + evaluations + refined,
             seconds,
             "interrupted" if interrupted else runs[0].ended,
         ),
-        np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(dim, np.nan),
-        len(rivals),
+        spread,
+        rivals,
         len(runs),
         interrupted,
         answer.modes,
     )
+
+
+def _spread(polished: Sequence[Polished], level: float) -> tuple[Array, int]:
+    """Standard deviation, SI, (dim,), of the repeats no worse than a level; and their number."""
+    near = [d.x for d in polished if d.cost <= level]
+    deviation: Array = np.std(near, axis=0, ddof=1) if len(near) > 1 else polished[0].x * np.nan
+    return deviation, len(near)
+
+
+def _own(
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
+) -> tuple[list[Run], list[Polished], int, bool]:
+    """The repeats of a problem's own search and what polishing makes of them, the best first.
+
+    With the evaluations, and whether Ctrl-C ended them.
+    """
+    near, rows = ([], 0) if smooth else _near_limit(problem, settings, progress)
+    runs, interrupted = _repeated(problem, settings, progress, smooth=smooth, near=near)
+    runs, polished, interrupted = _polished(problem, runs, settings, interrupted)
+    rows += sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
+    return runs, polished, rows, interrupted
 
 
 def _near_limit(
@@ -246,6 +271,25 @@ def _near_limit(
     answer = optimum.problem.parameters
     p = answer.full(optimum.x[None, : len(answer.free)])[0]
     return carried(answer, p, problem.parameters), optimum.search.evaluations
+
+
+def _contained_answer(
+    problem: MotionProblem, simple: Parameters, solve: Callable[[MotionProblem], Optimum]
+) -> tuple[MotionProblem, list[Array], int, bool]:
+    """The answer of a contained law, searched as an identification with that law searches it.
+
+    It ends at the same place, so that the richer law, which is given that, is never worse.
+
+    Returns:
+        The richer law's problem, in ranges that hold the answer; the answer there, SI, (dim,); the
+        evaluations; and whether Ctrl-C ended the search.
+    """
+    optimum = solve(MotionProblem(simple, problem.train))
+    answer, rich = optimum.problem.parameters, problem.parameters
+    p = answer.full(optimum.x[None, : len(answer.free)])[0]
+    wider = rich.reaching(placed(answer, p, rich))
+    points = carried(answer, p, wider)
+    return problem.over(wider), points, optimum.search.evaluations, optimum.interrupted
 
 
 def _repeated(
@@ -305,43 +349,49 @@ def _drawn(
 
 def _refined_answer(
     problem: MotionProblem, answer: Refined, settings: SearchSettings, progress: Progress | None,
-    allowance: int, known: Sequence[Array],
+    allowance: int, answers: Answers | None,
 ) -> tuple[Refined, bool]:  # fmt: skip
-    """The answer of the repeats refined, or what contained laws lead to where that is better.
+    """The answer of the repeats refined, or what others lead to where that is better.
 
-    And whether Ctrl-C ended that.
+    And whether Ctrl-C ended that. The others are the answer's rivals and those of contained laws;
+    None: the rivals have these among them.
+
+    Where there are both, descents from rivals are others: of two places the lower need not be the
+    one that leads further.
     """
     if _reached(settings, answer.cost):
         return answer, False
-    best = answer
+    best, rivals = answer, list(answer.rivals)
     try:
         rich = _rich(problem)
         if not rich:
             best = _deepened(problem, answer.x, answer.cost)
-        spent = best.evaluations
-        starts = list(known)
-        if not known:
+        spent, groups = best.evaluations, [rivals.copy()]
+        if answers is not None:
             solve = partial(_solved, settings=settings, progress=progress)
-            starts, rows = nested_answers(problem, solve)
+            nested, rows = nested_answers(problem, solve, answers)
             spent += rows
+            groups.insert(0, nested)
+            rivals += nested
         if rich:  # the search's own answer is as little refined as the others
-            starts.append(answer.x)
-        if starts:
-            nested = descended(problem, starts)
-            spent += nested.evaluations
-            starts.append((best if nested.cost < best.cost else nested).x)
-            if nested.cost < best.cost:
-                best = _along_valley(problem, nested)
-                spent += best.evaluations - nested.evaluations
+            groups[0].append(answer.x)
+            rivals.append(answer.x)
+        for starts in filter(None, groups):
+            end = descended(problem, starts)
+            spent += end.evaluations
+            rivals.append((best if end.cost < best.cost else end).x)
+            if end.cost < best.cost:
+                best = _along_valley(problem, end)
+                spent += best.evaluations - end.evaluations
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
         best = ripple_orders(problem, best)
         grown = growing_span(problem, best)
         best = grown if grown.cost == best.cost else _along_valley(problem, grown)
-        best = replace(best, rivals=tuple(starts))
+        best = replace(best, rivals=tuple(rivals))
     except KeyboardInterrupt:
-        return best, True
+        return replace(best, rivals=answer.rivals), True
     return best, False
 
 
@@ -378,6 +428,17 @@ def _on_all_samples(
     return best, False
 
 
+def _started(
+    problem: MotionProblem, x: Array, allowance: int
+) -> tuple[MotionProblem | FreeStartProblem, Array, int]:
+    """An answer with the starts of the motions where their rig needs these; and the rows."""
+    free = with_free_starts(problem)
+    if not isinstance(free, FreeStartProblem) or allowance <= 0:
+        return problem, x, 0
+    end = polish(free, np.concatenate([x, free.nominal]), None, min(allowance, POLISH))
+    return free, end.x, end.evaluations
+
+
 def _restarted(
     problem: MotionProblem, start: Polished, settings: SearchSettings, allowance: int
 ) -> tuple[MotionProblem, Polished]:
@@ -397,7 +458,7 @@ def _no_worse(
     problem: MotionProblem, best: Refined, rivals: Sequence[Array], allowance: int
 ) -> Refined:
     """An answer, or what the best of its rivals leads to where that is better on all samples."""
-    if not rivals or best.evaluations + len(rivals) >= allowance:
+    if not rivals:
         return best
     costs, spent = problem(np.array(rivals)), best.evaluations + len(rivals)
     k = int(np.nanargmin(costs)) if np.isfinite(costs).any() else 0

@@ -20,7 +20,7 @@ from ..space import Array, Param
 from .parameters import Parameters
 from .polish import best_descent
 from .problem import MotionProblem
-from .refinement import Refined, turned
+from .refinement import MANY, Refined, turned
 from .selection.nesting import carried, ingredients, synonym
 from .uncertainty.linearisation import box_of, linearised
 
@@ -34,6 +34,8 @@ BLIND, PLACES = 1e-9, (0.15, 0.45, 0.75)
 
 #: Searches a problem of a law that contains no other: its answer.
 Solve = Callable[[MotionProblem], Refined]
+#: Answers of laws over their ranges, SI, (dim,).
+Answers = dict[tuple[str, tuple[Param, ...]], Array]
 
 
 def contained(parameters: Parameters) -> list[Parameters]:
@@ -62,7 +64,9 @@ def contained(parameters: Parameters) -> list[Parameters]:
     return sorted(left, key=lambda nested: len(nested.free))
 
 
-def nested_answers(problem: MotionProblem, solve: Solve) -> tuple[list[Array], int]:
+def nested_answers(
+    problem: MotionProblem, solve: Solve, met: Answers | None = None
+) -> tuple[list[Array], int]:
     """The answers of the laws that a problem's law contains, as points of its space, SI, (dim,).
 
     And the evaluations spent. Laws that contain others among them start from these.
@@ -70,22 +74,36 @@ def nested_answers(problem: MotionProblem, solve: Solve) -> tuple[list[Array], i
     Args:
         problem: The richer law's.
         solve: Searches the laws that contain no other.
+        met: Answers that are known, on the same samples; others are added.
     """
     answers: list[tuple[Parameters, Array]] = []
+    met = {} if met is None else met
     spent = 0
     for parameters in contained(problem.parameters):
-        simple = MotionProblem(parameters, problem.train)
-        starts = [
-            point
-            for p, x in answers
-            if _ingredients(p) < _ingredients(parameters)
-            for point in carried(p, p.full(x[None])[0], parameters)
-        ]
-        answer = solve(simple) if not starts else descended(simple, starts)
-        spent += answer.evaluations
-        answers.append((parameters, answer.x))
+        law = (parameters.law.name, parameters.free)
+        if law not in met:
+            simple = MotionProblem(parameters, problem.train)
+            starts = [
+                point
+                for p, x in answers
+                if _ingredients(p) < _ingredients(parameters)
+                for point in carried(p, p.full(x[None])[0], parameters)
+            ]
+            answer = solve(simple) if not starts else descended(simple, starts)
+            spent += answer.evaluations
+            met[law] = answer.x
+        answers.append((parameters, met[law]))
     rich = problem.parameters
     return [point for p, x in answers for point in carried(p, p.full(x[None])[0], rich)], spent
+
+
+def richest(parameters: Parameters) -> Parameters | None:
+    """The contained law of the most parameters, where these are many; None if there is none.
+
+    In fewer dimensions a search on some of the samples finds the minimum as a rule.
+    """
+    many = [nested for nested in contained(parameters) if len(nested.free) >= MANY]
+    return many[-1] if many else None
 
 
 def rigid_limit(parameters: Parameters) -> Parameters | None:

@@ -16,8 +16,8 @@ from .loss import SQUARES, Objective
 
 #: Share of a search range within which a value sits at its end.
 AT_END = 1e-3
-#: By how much an end of a default range is moved out, linear and logarithmic.
-WIDER, WIDER_LOG = 2.0, 10.0
+#: By how much an end of a default range is moved out, linear and logarithmic; how often in a row.
+WIDER, WIDER_LOG, WIDENINGS = 2.0, 10.0, 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +112,21 @@ class Parameters:
             for q, value in zip(self.free, x.tolist(), strict=True)
             if q.name not in self.bounded and (wide := _wider(q, value)) is not None
         }
-        if not wider:
-            return None
+        return self._over(wider) if wider else None
+
+    def reaching(self, x: Array) -> Parameters:
+        """The same with default ranges that are wide enough for free values (dim,)."""
+        wider = {}
+        for q, value in zip(self.free, x.tolist(), strict=True):
+            for _ in range(WIDENINGS):
+                wide = None if q.lower <= value <= q.upper else _wider(q, value)
+                if wide is None or q.name in self.bounded:
+                    break
+                wider[q.name] = q = wide  # noqa: PLW2901 - the same parameter
+        return self._over(wider) if wider else self
+
+    def _over(self, wider: Mapping[str, Param]) -> Parameters:
+        """The same with other ranges of some parameters, by name."""
         every, free = (
             tuple(wider.get(q.name, q) for q in params) for params in (self.every, self.free)
         )

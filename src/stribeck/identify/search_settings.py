@@ -62,12 +62,14 @@ class SearchSettings:
         method: Name of the search method.
         settings: Its settings, where they are not the method's own.
         seed: Seed of all repeats.
-        budget: Evaluations of the cost for each repeat, polishing included.
+        budget: Evaluations of the cost for each repeat, polishing included. In smooth problems
+            `mbts` spends as many before that on a law of ten parameters and more that the law
+            contains: the richest, searched as it is by itself.
         repeats: Independent searches. In smooth problems, and slip by slip, `mbts` begins with
             two, ends once they confirm each other (three where the misfit is beyond the noise),
             and adds as many again as asked for while none do. In ten dimensions and more, a law
             that contains others has a third as many, brief ones, and starts from the answers of
-            these, too.
+            these, too, or of the richest alone, which stands for those that it contains.
         target: J at which a search stops.
         polishing: Whether least squares polishes what a search ended with; None: unless the
             method does so itself.

@@ -81,6 +81,17 @@ def step(simple: frozenset[str], rich: frozenset[str]) -> str | None:
 def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
     """The free parameters (dim,) of a richer law at which it is, if it can be, a simpler one.
 
+    As `placed`, inside the ranges.
+    """
+    space = Space(rich.free)
+    x = placed(simple, p, rich)
+    inside: Array = space.decode(space.encode(x[None]).clip(0.0, 1.0))[0]
+    return inside
+
+
+def placed(simple: Parameters, p: Array, rich: Parameters) -> Array:
+    """The free parameters (dim,) of a richer law that stand for a simpler one's.
+
     What both have keeps its value; both directions get the one value of a law that knew no
     direction, its constant force counted with the levels where the richer law has none; a
     Stribeck curve starts without a fall, and what else is new at zero, or in the middle of its
@@ -93,10 +104,7 @@ def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
     """
     values = {synonym(n): v for n, v in simple.values(p).items()}
     dropped = 0.0 if any(q.name == _OFFSET for q in rich.every) else values.get(_OFFSET, 0.0)
-    space = Space(rich.free)
-    x = [_value(q, values, dropped) for q in rich.free]
-    inside: Array = space.decode(space.encode(np.array([x])).clip(0.0, 1.0))[0]
-    return inside
+    return np.array([_value(q, values, dropped) for q in rich.free])
 
 
 def carried(simple: Parameters, p: Array, rich: Parameters) -> list[Array]:
