@@ -1,6 +1,7 @@
 """Refusals of the command line: one line that names the culprit, status 2, no file changed."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -30,6 +31,10 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     smooth = "".join(f"{i * 0.01:.2f},{i * 0.05:.3f}\n" for i in range(500))
     idle = "".join(f"{i * 0.01:.2f},{i * 0.05:.3f},0\n" for i in range(500))
     dithered = "".join(f"{i * 0.01:.2f},{0.3 * (i % 7):.3f},{i % 7}\n" for i in range(500))
+    moving = "".join(
+        f"{i * 0.01:.2f},{60 * math.sin(0.05 * i):.3f},{math.copysign(9, math.cos(0.05 * i)):.3f}\n"
+        for i in range(200)
+    )
     huge = "".join(f"{i * 0.01:.2f},{i}e300,{i}e300\n" for i in range(500))
     angle = log.replace("command_mm", "command_deg").replace("position_mm", "position_deg")
     angle = "\n".join(",".join(line.split(",")[:3]) for line in angle.splitlines())
@@ -41,6 +46,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
         "angle.csv": angle.encode(),
         "dithered.csv": ("t_s,position_mm,force_N\n" + dithered).encode(),
         "idle.csv": ("t_s,position_mm,force_N\n" + idle).encode(),
+        "moving.csv": ("t_s,position_mm,force_N\n" + moving).encode(),
         "huge.csv": ("t_s,position_m,force_N\n" + huge).encode(),
         "text.csv": b"hello world\n",
         "empty.csv": b"",
@@ -174,6 +180,25 @@ IDENTIFY = [
 @pytest.mark.parametrize(("arguments", "words"), IDENTIFY, ids=lambda a: " ".join(a)[:40])
 def test_identify(refused: Callable[..., str], arguments: list[str], words: list[str]) -> None:
     line = refused("identify", *arguments, *QUICK)
+    assert [w for w in words if w not in line] == []
+
+
+#: Ranges of a log of 2 s, of which a force balance takes a row every 0.1 s.
+SHORT = [
+    (["--train", "0s:0.05s"], ["0s:0.05s holds 5 samples", "widen"]),
+    (["--train", "1.9s:2s"], ["fewer than 2 rows", "of the 10 samples", "0.1 s", "widen"]),
+    (["--train", "0s:0.4s"], ["fewer than 2 rows", "first 0.49 s", "widen"]),
+    (["--train", "0s:0.9s", "--law", "stribeck"], ["4 rows", "cannot tell 6", "widen", "--set"]),
+    (["--train", "0s:1.5s", "--holdout", "1s:1.01s"], ["1s:1.01s holds 1 samples", "widen"]),
+    (["--train", "0s:1.5s", "--holdout", "1s:1.1s"], ["range 1s:1.1s", "fewer than 2 rows"]),
+]
+
+
+@pytest.mark.parametrize(("arguments", "words"), SHORT, ids=lambda a: " ".join(a)[:40])
+def test_ranges_too_short(
+    refused: Callable[..., str], arguments: list[str], words: list[str]
+) -> None:
+    line = refused("identify", "moving.csv", "--rig", "forced", *arguments)
     assert [w for w in words if w not in line] == []
 
 

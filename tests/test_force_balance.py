@@ -589,6 +589,41 @@ def test_a_balance_whose_sides_are_bridged_alike_stays_one() -> None:
     assert (both[~gaps] == (x @ [2.0, -3.0])[~gaps]).all()
 
 
+# Short ranges
+
+
+def short_motion(kind: str, t: Array) -> tuple[Array, Array]:
+    """Position and velocity: to and fro, one speed, strokes with rests, or ever faster."""
+    if kind == "to and fro":
+        return 0.1 * np.sin(2.5 * t), 0.25 * np.cos(2.5 * t)
+    v = {
+        "one speed": np.full(len(t), 0.05),
+        "rests": 0.05 * np.sign(np.round(np.sin(2 * np.pi * t / 3))),
+        "ever faster": 0.02 * t,
+    }[kind]
+    return np.cumsum(v) / 100.0, v
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+@pytest.mark.parametrize("kind", ["to and fro", "one speed", "rests", "ever faster"])
+def test_a_range_however_short_is_fitted_or_refused(kind: str, noise: float) -> None:
+    t = np.arange(400) / 100.0
+    x, v = short_motion(kind, t)
+    force = 12.0 * np.sign(v) + 30.0 * v + noise * np.random.default_rng(3).standard_normal(len(t))
+    recording = Recording(t=t, position=x, force=force)
+    fits, refusals = [], []
+    for seconds in (0.1, 0.7, 1.0, 1.5):
+        for train in (f"0s:{seconds}s", f"{4 - seconds}s:4s"):
+            try:
+                fits.append(identify(recording, rig=FORCED, law=COULOMB, train=train))
+            except InputError as refusal:
+                refusals.append(str(refusal))
+    assert fits
+    assert refusals
+    assert [r for r in refusals if "widen the range" not in r or "\n" in r] == []
+    assert [e for fit in fits for e in fit.estimates if not e.low <= e.value <= e.high] == []
+
+
 # Refusals
 
 T2 = np.arange(3000) / 1000.0
@@ -624,11 +659,11 @@ T2 = np.arange(3000) / 1000.0
         ),
         (
             lambda: balance(log(), Parameters.declared(FORCED, COULOMB), rows=[slice(0, 0)]),
-            "no rows are left",
+            "fewer than 2 rows are left of the 0 samples",
         ),
         (
             lambda: balance(log(), Parameters.declared(FORCED, COULOMB), rows=[slice(0, 80)]),
-            "rows cannot tell",
+            "3 rows, one every 0.01 s, cannot tell 4",
         ),
         (
             lambda: balance(log(), Parameters.declared(FORCED, COULOMB, fixed_all())),

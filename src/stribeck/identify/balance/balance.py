@@ -22,6 +22,7 @@ import numpy as np
 from ...data.filtering import Filtering
 from ...errors import InputError
 from ...space import Array
+from ...wording import option
 from . import variable_projection
 from .curve_prior import with_knots, with_prior
 from .modelled_force import friction_signal
@@ -192,10 +193,7 @@ def solved(system: System, start: Array | None = None) -> Balance:
     system = with_knots(system)
     parameters = system.parameters
     if len(system.y) <= len(system.free):
-        raise InputError(
-            f"{len(system.y)} rows cannot tell {len(system.free)} parameters: "
-            "give more data, or decimate less"
-        )
+        raise InputError(_too_few(system))
     if start is None and system.law.states:
         system = System(within_force(system), system.logs)
         parameters, start = system.parameters, state_starts(system)
@@ -241,6 +239,22 @@ def solved(system: System, start: Array | None = None) -> Balance:
         at_bound=at_bound,
         jacobian=W,
         residuals=residuals,
+    )
+
+
+def _too_few(system: System) -> str:
+    """Why the rows cannot tell the parameters, and what gives more."""
+    log, rows, count = system.logs[0], len(system.y), len(system.free)
+    if log.weight is not None:
+        many, more = f"{rows} runs", "give more of them"
+    else:
+        many, more = (
+            f"{rows} rows, one every {1 / log.row_rate:.3g} s,",
+            "widen the range, log more motion",
+        )
+    return (
+        f"{log.label}: {many} cannot tell {count} parameters: {more}, or hold parameters with "
+        f"{option('fixed')}"
     )
 
 

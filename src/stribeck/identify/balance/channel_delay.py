@@ -224,9 +224,10 @@ def _feasible(solution: Balance, lags: Array, sums: LagSums) -> int:
     system, variance, left = solution.system, sums.variance(), sums.left()
     zero = len(lags) // 2
     padded = np.concatenate([[np.inf], variance, [np.inf]])
-    minima = np.flatnonzero((variance <= padded[:-2]) & (variance <= padded[2:]))
+    is_minimum = (variance <= padded[:-2]) & (variance <= padded[2:]) & np.isfinite(variance)
+    minima = np.flatnonzero(is_minimum)
     minima = minima[np.argsort(left[minima], kind="stable")][:_MINIMA]
-    if minima[0] == zero:
+    if not len(minima) or minima[0] == zero:
         return zero
     within = [
         system.least_squares(force, solution.values) for force in system.at_lags(lags[minima]).T
@@ -235,8 +236,11 @@ def _feasible(solution: Balance, lags: Array, sums: LagSums) -> int:
 
 
 def _vertex(lags: Array, variance: Array, k: int) -> float:
-    """Where the parabola through a minimum and its neighbours has its vertex."""
-    if not 0 < k < len(lags) - 1:
+    """Where the parabola through a minimum and its neighbours has its vertex.
+
+    At the minimum itself where it has a neighbour at which too few rows are left.
+    """
+    if not 0 < k < len(lags) - 1 or not np.isfinite(variance[k - 1 : k + 2]).all():
         return float(lags[k])
     a, b, c = variance[k - 1 : k + 2]
     bend = a - 2 * b + c
@@ -321,9 +325,9 @@ def _stepped(
     del basis, inner
     change = np.linalg.lstsq(gain, Z @ r, rcond=None)[0]
     look = quick_look(J, r, [len(log.t) for log in system.logs])
-    tiny = np.finfo(float).tiny
+    tiny, eps = np.finfo(float).tiny, np.finfo(float).eps
     strength = np.abs(np.diag(gain)) / np.maximum(np.einsum("jm,jm->j", Z, Z), tiny)
-    errors = look.errors[-count:] / np.clip(strength, tiny, 1.0)
+    errors = look.errors[-count:] / np.clip(strength, eps, 1.0)
     variance = float(r @ r) / max(int(inside.sum()), 1)
     return _Step(lags, np.asarray(change), errors, variance, force, slope, instrument)
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...data.alignment import Delay
 from ...data.ranges import Range
 from ...data.recording import Recording
+from ...errors import InputError
 from ...space import Array
 from ..adequacy.advice import with_effects
 from ..adequacy.effects import Effects, effects
@@ -246,7 +247,12 @@ def _held_out(
     parameters: Parameters, p: Array, logs: Sequence[Recording], part: Range | None
 ) -> HeldOut:
     chosen, rows = counting(logs, [] if part is None else [part])
-    prediction = balance.validate(chosen, parameters, p, rows=rows)
+    try:
+        prediction = balance.validate(chosen, parameters, p, rows=rows)
+    except InputError as error:
+        if part is None:
+            raise
+        raise InputError(f"range {part.text}: {error}") from error
     scope = held_out_scope(
         ((log, slice(None) if r is None else r) for log, r in zip(chosen, rows, strict=True)),
         parameters.rig,

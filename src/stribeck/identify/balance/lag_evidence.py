@@ -62,6 +62,8 @@ def searched_errors(
 def ratios(sums: Sequence[LagSums], places: Sequence[int], common: int) -> Array:
     """What is left of a row's square with each part at a common lag over that at its own, (parts,).
 
+    1, which tells nothing, where a lag leaves too few rows to say.
+
     Args:
         sums: Of the parts at each lag.
         places: The lag of each part, by its place.
@@ -75,7 +77,10 @@ def ratios(sums: Sequence[LagSums], places: Sequence[int], common: int) -> Array
         return float(first.left())
 
     moved = [[*places[:i], common, *places[i + 1 :]] for i in range(len(places))]
-    left = np.array([variance(at) for at in moved])
+    left, own = np.array([variance(at) for at in moved]), variance(places)
+    enough = np.isfinite(left) & np.isfinite(own)
+    left, own = np.where(enough, left, 1.0), own if enough.any() else 1.0
     # nothing is left of a force that the model explains to rounding, at either lag
     float64 = np.finfo(float)
-    return np.asarray(left / max(variance(places), float64.eps * left.max(), float(float64.tiny)))
+    least = max(own, float64.eps * left[enough].max(initial=0.0), float(float64.tiny))
+    return np.where(enough, left / least, 1.0)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 #: A sum of squares of columns is taken as singular below this share of its diagonal.
 _RIDGE = 1e-9
+#: A column of length one of which a lag leaves less than this share of its square has been moved
+#: out of the log: what sums that were taken off each other still hold of it is rounding.
+_GONE = 1e-12
 #: Parts are moved in turn, each so often.
 _SWEEPS = 3
 
@@ -67,9 +70,11 @@ class LagSums:
     def variance(self) -> Array:
         """Mean square that the columns leave of the force, (lags,); inf where too few rows are."""
         k = self.cross.shape[-1]
-        diagonal = np.maximum(np.einsum("...ii->...i", self.gram), np.finfo(float).tiny)
-        scale = 1.0 / np.sqrt(diagonal)
-        scaled = self.gram * scale[..., :, None] * scale[..., None, :] + _RIDGE * np.eye(k)
+        diagonal = np.einsum("...ii->...i", self.gram)
+        seen = (diagonal > _GONE) & np.asarray(self.rows > k)[..., None]
+        scale = np.where(seen, 1.0 / np.sqrt(np.where(seen, diagonal, 1.0)), 0.0)
+        scaled = self.gram * scale[..., :, None] * scale[..., None, :]
+        scaled += np.where(seen, _RIDGE, 1.0)[..., None] * np.eye(k)
         right = self.cross * scale
         x = np.linalg.solve(scaled, right[..., None])[..., 0]
         squares = np.maximum(self.square - (x * right).sum(axis=-1), 0.0)
@@ -192,7 +197,10 @@ def best_lags(sums: list[LagSums], start: int) -> list[int]:
             total = own
             for other in others:
                 total = total + other
-            places[i] = int(np.argmin(total.left()))
+            left = total.left()
+            least = int(np.argmin(left))
+            if left[least] < left[places[i]]:
+                places[i] = least
         if places == before:
             break
     return places

@@ -202,8 +202,26 @@ def filtered_logs(
                 f"{logs[0].label}: the velocity is nowhere beyond its own error, so that no row "
                 "shows which way the axis moves: record faster strokes or a finer position"
             )
-        raise InputError(f"{logs[0].label}: no rows are left: widen the range or drop less")
+        raise InputError(f"{logs[0].label}: {_too_short(logs, filtered[0], filtering, rows)}")
     return filtered
+
+
+def _too_short(
+    recordings: Sequence[Recording],
+    log: Log,
+    filtering: Filtering,
+    rows: Sequence[Rows | None],
+) -> str:
+    """Why fewer than two rows count, and what gives more."""
+    chosen = [(r, w) for r, w in zip(recordings, rows, strict=True) if w is not None]
+    asked = f" of the {sum(len(r.t[w]) for r, w in chosen)} samples asked for" if chosen else ""
+    first, last = (samples / log.rate for samples in filtering.edges(log.rate))
+    return (
+        f"fewer than 2 rows are left{asked}: a force balance takes one every "
+        f"{1 / log.row_rate:.3g} s, but for the first {first:.3g} s and the last {last:.3g} s of a "
+        "log and where the axis rests or turns round: "
+        f"{'widen the range' if chosen else 'log more motion'}"
+    )
 
 
 def _log(
@@ -218,7 +236,7 @@ def _log(
     if len(log.t[inner]) < _LEAST * max(factor, 3):
         raise InputError(
             f"{recording.label}: {len(log.t)} samples at {log.rate:.4g} Hz are too few to filter: "
-            "the force balance needs a longer log"
+            f"a force balance needs {first + last + _LEAST * max(factor, 3)} of them or more"
         )
     motion = smooth_motion(log.position, log.rate, filtering)
     source = recording.position
