@@ -1,7 +1,7 @@
 // What a drive recorded, and how it becomes the force of the axis: asked number by number.
 
 import { change, session } from "./api.js";
-import { field, fill, h, menu, t } from "./dom.js";
+import { field, fill, h, menu, t, term } from "./dom.js";
 import { attempt } from "./main.js";
 
 const WORDS = new Set(["convention", "signal", "side", "motion", "reversed"]);
@@ -19,10 +19,17 @@ function needed(chain, convention) {
 export function driveForm(place) {
   const put = (name, value) => attempt(() => change(({ drive: { [name]: _, ...rest } }) => ({ drive: value ? { ...rest, [name]: value } : rest })));
 
-  const number = (name, chain, examples) => field(`drive.${name}`, h("input", {
-    type: "text", id: `drive-${name}`, value: chain[name] ?? "", placeholder: examples[name] ?? session.catalogue.numbers[name].example, maxlength: "100",
+  const number = (name, chain, examples, wanted = false) => field(`drive.${name}`, h("input", {
+    type: "text", id: `drive-${name}`, "aria-required": wanted ? "true" : null, value: chain[name] ?? "", placeholder: examples[name] ?? session.catalogue.numbers[name].example, maxlength: "100",
     onchange: (event) => put(name, event.target.value.trim()),
-  }), session.catalogue.numbers[name].doc);
+  }), [wanted && t("drive.needed"), term(`drive.${name.replace(/^(rated|standstill|peak)_.*/, "base")}.doc`, session.catalogue.numbers[name].doc)].filter(Boolean).join(" "));
+
+  // What a chain lacks, in the words of the form instead of those of a file.
+  function refusal(error) {
+    const [, missing] = /, and (\w+) is missing: write/.exec(error) ?? [];
+    if (missing) return t("drive.missing", { number: t(`drive.${missing}`) });
+    return error.replace(/^drive\.(\w+): /, (_, name) => `${t(`drive.${name}`)}: `);
+  }
 
   function chainText(chain, convention) {
     const names = Object.keys(session.catalogue.numbers).filter((name) => chain[name] && session.catalogue.numbers[name].acting);
@@ -49,14 +56,14 @@ export function driveForm(place) {
           (value) => attempt(() => change({ drive: value ? { convention: value } : {} })), { id: "drive-convention" }), convention ? [convention.meaning, convention.note].filter(Boolean).join("; ") : ""),
         !convention && field("axis.signal", h("input", { type: "text", id: "drive-signal", list: "signals", value: chain.signal ?? "", placeholder: "% of rated torque", maxlength: "60", onchange: (event) => put("signal", event.target.value.trim()) }), t("axis.signal.hint")),
         h("datalist", { id: "signals" }, SIGNALS.map((signal) => h("option", { value: signal }))),
-        (begun ? [...first, ...usual] : []).map((name) => number(name, chain, examples))),
+        (begun ? [...first, ...usual] : []).map((name) => number(name, chain, examples, first.includes(name)))),
       begun && h("details", { open: opened2 || null }, h("summary", {}, t("axis.drive.more")), h("div", { class: "fields" },
         rest.map((name) => number(name, chain, examples)),
         field("drive.side", menu([["", t("drive.axis")], ["motor", t("drive.motor")]], chain.side ?? "", (value) => put("side", value), { id: "drive-side" }), t("drive.side.hint")),
         field("drive.motion", menu([["", t("drive.axis")], ["motor", t("drive.motor")]], chain.motion ?? "", (value) => put("motion", value), { id: "drive-motion" }), t("drive.motion.hint")),
         h("label", { class: "check" }, h("input", { type: "checkbox", id: "drive-reversed", checked: chain.reversed === true, onchange: (event) => put("reversed", event.target.checked) }), t("drive.reversed")))),
       begun && chainText(chain, convention),
-      begun && h("p", { class: state.drive.error ? "state warn" : "note", role: "status" }, state.drive.error || state.drive.sentence)));
+      begun && h("p", { class: state.drive.error ? "state warn" : "note", role: "status" }, state.drive.error ? refusal(state.drive.error) : state.drive.sentence)));
     if (focused) document.getElementById(focused)?.focus();
   };
 }
