@@ -166,17 +166,29 @@ def two_rates(slow: str, step: int, late: int = 0) -> str:
 
 
 @pytest.mark.parametrize(("step", "late"), [(2, 0), (4, 0), (4, 3)])
-def test_a_column_at_a_lower_rate_is_read_between_its_samples(
+def test_a_log_whose_force_is_slower_is_the_rows_that_have_one(
     step: int, late: int, tmp_path: Path
 ) -> None:
     recording = read(write(tmp_path, two_rates("F_N", step, late)))
     own = np.arange(late, N, step)
-    rows = np.arange(own[0], own[-1] + 1)
-    np.testing.assert_allclose(recording.t, T[rows] - T[rows[0]], atol=1e-9)
-    np.testing.assert_allclose(recording.position, X[rows] * 1e-3, atol=1e-9)
-    between = np.interp(T[rows], T[own], np.cos(3.0 * T[own]))
-    np.testing.assert_allclose(recording.force, between, atol=1e-8)
-    assert f"F_N, measured each {10 * step} ms" in " ".join(recording.notes)
+    np.testing.assert_allclose(recording.t, T[own] - T[own[0]], atol=1e-9)
+    np.testing.assert_allclose(recording.position, X[own] * 1e-3, atol=1e-9)
+    assert recording.force is not None
+    np.testing.assert_allclose(recording.force, np.cos(3.0 * T[own]), atol=1e-8)
+    assert f"F_N is in {len(own)} of {N} rows: these are read" in recording.notes
+
+
+def test_another_column_that_is_slower_is_read_between_its_samples(tmp_path: Path) -> None:
+    head = "t_s;x_mm;I_A"
+    rows = [
+        f"{t:.6g};{x:.9g};{k if k % 4 == 0 else ''}"
+        for k, (t, x) in enumerate(zip(T, X, strict=True))
+    ]
+    recording = read(write(tmp_path, "\n".join([head, *rows]) + "\n"))
+    assert recording.current is not None
+    np.testing.assert_allclose(recording.t, T[: len(recording.t)], atol=1e-9)
+    np.testing.assert_allclose(recording.current, np.arange(len(recording.t)), atol=1e-9)
+    assert any("I_A, measured each 40 ms: read on straight" in note for note in recording.notes)
 
 
 def test_a_position_at_a_lower_rate_is_the_clock_of_the_log(tmp_path: Path) -> None:

@@ -167,8 +167,8 @@ def _table(
     Of a window no more than its rows and some beside them are read, where the log can tell them.
     """
     tables, everything = _tables(log, heads, wanted, part)
-    time = chosen.get("time")
-    tables = tuple(t for table in tables for t in by_rate(table, time, grid, wanted))
+    time, force = chosen.get("time"), chosen["force"].column if "force" in chosen else ""
+    tables = tuple(t for table in tables for t in by_rate(table, time, grid, force, wanted))
     apart = [t for t in tables if grid in t.columns or wanted.intersection(t.columns)]
     others = {n: v for t in tables for n, v in t.scalars.items()}
     held = frozenset(chosen[c].column for c in _HELD if c in chosen)

@@ -21,7 +21,7 @@ export function axisStep() {
   const drive = h("div");
   const drawDrive = driveForm(drive);
   const drawOwn = composer(own);
-  const next = h("div");
+  const next = onward();
   const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.axis")), h("p", { class: "lead" }, t("axis.lead")), rigs, picture, own, constants, drive, next);
   let suggestion = null;
   let known = {}; // constants that the log states itself
@@ -50,7 +50,7 @@ export function axisStep() {
 
   const option = (state, name, title, doc, chip) => h("label", { class: "choice" },
     h("input", { type: "radio", name: "rig", value: name, checked: state.choices.rig === name, onchange: () => choose(name) }),
-    h("span", {}, h("strong", {}, title), chip && h("span", { class: "chip identified" }, chip), h("br"), doc));
+    h("span", {}, h("strong", {}, title), chip && " ", chip && h("span", { class: "chip identified" }, chip), h("br"), doc));
 
   function drawRigs(state) {
     const all = Object.entries(session.catalogue.rigs);
@@ -116,8 +116,8 @@ export function axisStep() {
 
   function drawNext(state) {
     const { lock } = state.steps.find(({ name }) => name === "fit");
-    fill(next, onward(button("next.fit", () => go("fit"), { class: "main", id: "next", disabled: Boolean(lock) }), " ",
-      lock && h("span", { class: "note" }, [t(lock), lacking(state)].filter(Boolean).join(": "))));
+    fill(next, button("next.fit", () => go("fit"), { class: "main", id: "next", disabled: Boolean(lock) }), " ",
+      lock && h("span", { class: "note" }, [t(lock), lacking(state)].filter(Boolean).join(": ")));
   }
 
   function update(state) {

@@ -75,5 +75,5 @@ export const row = (...cells) => ({ cells });
 // A unit as it is printed: `kg m**2` is `kg m²`.
 export const printed = (unit) => unit.replaceAll("**2", "²").replaceAll("**3", "³");
 
-// What leads on to the next step: always in view, whatever the length of the page.
+// What leads on to the next step: in view whatever the length of the section that it ends.
 export const onward = (...children) => h("div", { class: "onward" }, ...children);

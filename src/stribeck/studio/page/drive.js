@@ -33,11 +33,11 @@ export function driveForm(place) {
 
   function chainText(chain, convention) {
     const names = Object.keys(session.catalogue.numbers).filter((name) => chain[name] && session.catalogue.numbers[name].acting);
-    const parts = [chain.signal || convention?.meaning, ...names.map((name) => `${t(`drive.${name}`)} ${chain[name]}`), t("channel.force")];
+    const parts = [(chain.signal && term(`signal.${chain.signal}`, chain.signal)) || convention?.meaning, ...names.map((name) => `${t(`drive.${name}`)} ${chain[name]}`), t("channel.force")];
     return h("ol", { class: "chain" }, parts.filter(Boolean).map((part) => h("li", {}, part)));
   }
 
-  return function draw(state, open = false) {
+  return function draw(state, open = Boolean(state.drive.error)) {
     const chain = state.choices.drive;
     const convention = session.catalogue.drives.find(({ name }) => name === chain.convention);
     const first = needed(chain, convention);
@@ -49,13 +49,13 @@ export function driveForm(place) {
     const begun = Object.keys(chain).length > 0;
     const opened = place.querySelector("details")?.open;
     const opened2 = place.querySelector("details details")?.open;
-    fill(place, h("details", { open: opened || begun || open || null, class: "drive" }, h("summary", {}, t("axis.drive")),
+    fill(place, h("details", { open: opened || open || null, class: "drive" }, h("summary", {}, t("axis.drive")),
       h("p", { class: "note" }, t("axis.drive.hint")),
       h("div", { class: "fields" },
         field("axis.convention", menu([["", t("axis.no_convention")], ...session.catalogue.drives.map(({ name, drives, object }) => [name, `${drives}: ${object}`])], chain.convention ?? "",
           (value) => attempt(() => change({ drive: value ? { convention: value } : {} })), { id: "drive-convention" }), convention ? [convention.meaning, convention.note].filter(Boolean).join("; ") : ""),
-        !convention && field("axis.signal", h("input", { type: "text", id: "drive-signal", list: "signals", value: chain.signal ?? "", placeholder: "% of rated torque", maxlength: "60", onchange: (event) => put("signal", event.target.value.trim()) }), t("axis.signal.hint")),
-        h("datalist", { id: "signals" }, SIGNALS.map((signal) => h("option", { value: signal }))),
+        !convention && field("axis.signal", menu([["", "–"], ...[...new Set([...SIGNALS, chain.signal ?? SIGNALS[0]])].map((signal) => [signal, term(`signal.${signal}`, signal)])], chain.signal ?? "",
+          (value) => put("signal", value), { id: "drive-signal" }), t("axis.signal.hint")),
         (begun ? [...first, ...usual] : []).map((name) => number(name, chain, examples, first.includes(name)))),
       begun && h("details", { open: opened2 || null }, h("summary", {}, t("axis.drive.more")), h("div", { class: "fields" },
         rest.map((name) => number(name, chain, examples)),

@@ -1,7 +1,7 @@
 // Step 4: ranges dragged on the plot, law and method, and the search as it goes.
 
 import { change, fitNumber, get, post, rigNamed, session } from "./api.js";
-import { button, field, fill, h, menu, number, onward, row, t, table } from "./dom.js";
+import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
 import { pointed, rigTitle } from "./logs.js";
 import { Lines, judge, panels, rangeTools, unjudged } from "./look.js";
 import { attempt, go } from "./main.js";
@@ -19,8 +19,7 @@ export function fitStep() {
   const ranges = h("div");
   const form = h("div");
   const jobs = h("div");
-  const next = h("div");
-  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.fit")), h("p", { class: "lead" }, t("fit.lead")), plot, ranges, form, jobs, next);
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.fit")), h("p", { class: "lead" }, t("fit.lead")), plot, ranges, form, jobs);
   let mode = "train";
   let key = null;
   let lines = null;
@@ -142,8 +141,6 @@ export function fitStep() {
     }
     const elements = fits.map((job) => views.get(job.id).element);
     if (elements.some((each, k) => jobs.children[k + 1] !== each)) fill(jobs, h("h2", {}, t("fit.jobs")), ...elements);
-    const done = fits.some((job) => job.state === "done");
-    if (done !== Boolean(next.firstChild)) fill(next, done && onward(button("next.verdict", () => go("verdict"), { class: "main", id: "next" })));
   }
 
   function update(state) {
@@ -173,7 +170,7 @@ function jobView(first) {
   const line = h("p", { role: "status" });
   const tools = h("p");
   const picture = h("div");
-  const element = h("article", { class: "job" }, h("h3", {}, `${t("fit.one", { number: fitNumber(first.id) })}: ${first.law}, ${rigTitle(first.rig)}`), line, tools, picture);
+  const element = h("article", { class: "job" }, h("h3", {}, `${t("fit.one", { number: fitNumber(first.id) })}: ${first.law} · ${rigTitle(first.rig)}`), line, tools, picture);
   let drawn = null;
 
   function update(job) {

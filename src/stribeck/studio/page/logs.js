@@ -15,6 +15,13 @@ const UNITS = {
 // What a refusal proposes to type, which the table does here, or a button.
 const ADVICE = /: (?:say|map it|write a \[drive\]) .*/;
 const PROPOSED = /(\w+) ?= ?"([^"]+)"/;
+// What the readers say of a log that cannot be read yet, and the same in the words of the page.
+const LACKS = [
+  [/^column (?<column>.+) is in (?<unit>\S+), which does not say of what/, "lacks.share"],
+  [/^column (?<column>.+) has no unit/, "lacks.unit"],
+  [/^columns? (?<columns>.+) without a unit/, "lacks.units"],
+  [/^no (?<channel>\w+) column among /, "lacks.channel"],
+];
 const WORDS = ["joint", "rate", "time_unit", "stamp", "episode", "subtract"];
 
 export async function upload(files) {
@@ -73,7 +80,7 @@ export function logsStep() {
   const zone = dropZone("files", t("logs.drop"), upload);
   const drive = h("div");
   const drawDrive = driveForm(drive);
-  const next = h("div");
+  const next = onward();
   const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.logs")), h("p", { class: "lead" }, t("logs.lead")), zone, list, channels, drive, next);
   let selected = 0;
   let key = null;
@@ -133,7 +140,15 @@ export function logsStep() {
     const more = Object.entries(guessed(contents, state) ?? {}).filter(([name, head]) => !state.choices.columns[name] && contents.channels.every((channel) => channel.name !== head || !channel.taken));
     return h("div", { class: "state good", id: "read" },
       h("p", {}, t("logs.read", { channels: taken.map((channel) => t(`channel.${channel.taken}`)).join(", ") })),
-      more.length > 0 && h("p", {}, button("logs.also", () => attempt(() => change({ columns: { ...state.choices.columns, ...Object.fromEntries(more) } })), { id: "also" }), ` ${named(Object.fromEntries(more))}`));
+      more.length > 0 && h("p", {}, button("logs.also", () => attempt(() => change({ columns: { ...state.choices.columns, ...Object.fromEntries(more) } })), { id: "also", class: more.some(([name]) => name === "force" || name === "current") ? "main" : null }), ` ${named(Object.fromEntries(more))}`));
+  }
+
+  function lack(text) {
+    for (const [form, key] of LACKS) {
+      const { groups } = form.exec(text) ?? {};
+      if (groups) return t(key, groups.channel ? { channel: t(`channel.${groups.channel}`) } : groups);
+    }
+    return text;
   }
 
   function lacking(contents, state) {
@@ -141,12 +156,13 @@ export function logsStep() {
     const [, name, column] = PROPOSED.exec(advice) ?? [];
     const proposed = !advice.includes("[drive]") && contents.channels.some((channel) => column?.startsWith(channel.name));
     const columns = /\bcolumn\b/.test(contents.lacking) && !advice.includes("[drive]") ? guessed(contents, state) : null;
-    return h("div", { class: "state warn", id: "lacking" }, h("p", {}, advice ? `${contents.lacking.replace(advice, "")}.` : contents.lacking),
+    return h("div", { class: "state warn", id: "lacking" }, h("p", {}, lack(advice ? `${contents.lacking.replace(advice, "")}.` : contents.lacking)),
       contents.rig && h("p", {}, h("button", { type: "button", class: "main", id: "as-rig", onclick: () => attempt(() => change({ rig: contents.rig })) }, t("logs.as_rig", { rig: rigTitle(contents.rig) })), ` ${t("logs.heads")}`),
       columns && h("p", {}, button("logs.guess", () => attempt(() => change({ columns })), { class: contents.rig ? null : "main", id: "guess" }), ` ${named(columns)}`),
       !columns && proposed && h("p", {}, h("button", { type: "button", class: "main", id: "proposed", onclick: () => attempt(() => change(({ columns: now }) => ({ columns: { ...now, [name]: column } }))) },
         t("logs.proposed", { column, channel: t(`channel.${name}`) })), ` ${t("logs.or_unit")}`),
-      !columns && advice && !proposed && h("p", {}, t(advice.includes("[drive]") ? "logs.drive" : "logs.choose")));
+      advice.includes("[drive]") && h("p", {}, button("logs.drive", () => document.getElementById("drive-convention")?.focus(), { class: "main", id: "to-drive" })),
+      !columns && advice && !proposed && !advice.includes("[drive]") && h("p", {}, t("logs.choose")));
   }
 
   function contentsView(contents, state) {
@@ -160,7 +176,7 @@ export function logsStep() {
     return [
       h("h2", {}, contents.file), h("p", {}, t("logs.format", { format: contents.format })),
       contents.lacking ? lacking(contents, state) : readAs(contents, state),
-      contents.problems.length > 0 && h("ul", {}, contents.problems.map((p) => h("li", {}, p))),
+      contents.problems.length > 0 && h("ul", {}, contents.problems.map((p) => h("li", { lang: "en" }, p))),
       contents.kept && h("p", { class: "note" }, t("logs.as_kept")),
       table(t("logs.channels"), [t("logs.column"), t("unit"), t("logs.count"), t("logs.rate"), t("logs.taken"), t("logs.why")], rows),
       Object.entries(UNITS).map(([name, units]) => h("datalist", { id: `units-${name}` }, units.map((unit) => h("option", { value: unit })))),
@@ -221,7 +237,7 @@ export function logsStep() {
         button("remove", () => attempt(() => change(({ logs }) => ({ logs: logs.filter((_, i) => i !== k) }))), { "aria-label": `${t("remove")}: ${log.name}` }),
       )))] : []));
     const open = state.steps.find(({ name }) => name === "look");
-    fill(next, open.lock ? "" : onward(button("next.look", () => go("look"), { class: "main", id: "next" })));
+    fill(next, open.lock ? "" : button("next.look", () => go("look"), { class: "main", id: "next" }));
     showChannels(state);
   }
 

@@ -75,13 +75,12 @@ export function panels(lines, overview, more = {}) {
   const shown = PANELS.map((names) => names.filter((name) => name in overview.channels)).filter((names) => names.length);
   return shown.filter((names) => !more.only || names.includes(more.only)).map((names) => {
     const unit = overview.channels[names[0]];
-    const label = `${t(`channel.${names[0]}`)} / ${unit}`;
     return figure(t(`channel.${names[0]}`), t("look.alt", { names: names.map((n) => t(`channel.${n}`)).join(", ") }),
       names.includes("position") ? 300 : 190, (place, width, height) => {
         const plot = timePlot(place, width, height, {
           data: [lines.data.t, ...names.map((name) => lines.data.lines[name])],
           series: names.map((name) => ({ label: t(`channel.${name}`), colour: COLOURS[name], width: breadth(lines.data), dash: name === "command" ? [5, 4] : undefined })),
-          label, bands: () => bands(overview, more.bands), marks: () => (names.includes("position") ? marks(overview) : []),
+          label: unit, bands: () => bands(overview, more.bands), marks: () => (names.includes("position") ? marks(overview) : []),
           onrange: more.onrange ?? ((from, to) => attempt(() => lines.show(from, to))),
         });
         plot.over.addEventListener("dblclick", () => attempt(() => lines.show(...overview.span)));

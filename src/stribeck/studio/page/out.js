@@ -26,7 +26,7 @@ export function outStep() {
     const put = (name) => (event) => { options = { ...options, [name]: event.target.value.trim() }; show(); };
     const chosen = target();
     fill(form, h("div", { class: "fields" },
-      field("out.fit", menu(fits(session.state).map((job) => [String(job.id), `${fitNumber(job.id)}: ${job.law}, ${rigTitle(job.rig)}`]), String(fit), (value) => { fit = Number(value); show(); })),
+      field("out.fit", menu(fits(session.state).map((job) => [String(job.id), `${fitNumber(job.id)}: ${job.law} · ${rigTitle(job.rig)}`]), String(fit), (value) => { fit = Number(value); show(); })),
       field("out.target", menu(session.catalogue.targets.map(({ name, doc }) => [name, `${name}: ${doc}`]), options.to, (value) => {
         options = { to: value };
         into = null;
@@ -68,8 +68,9 @@ export function outStep() {
 
   // Parameters that the data do not tell: code that compensates with them does what nobody has measured.
   async function caution(number) {
-    const { parameters, warnings } = await get(`/jobs/${number}/result`);
-    const doubtful = Object.entries(parameters).filter(([, p]) => p.verdict === "not identifiable" || p.verdict === "weak").map(([name]) => name);
+    const { law, parameters, warnings } = await get(`/jobs/${number}/result`);
+    const own = session.catalogue.laws[law]?.parameters ?? parameters; // of the law alone is the code
+    const doubtful = Object.entries(parameters).filter(([name, p]) => name in own && (p.verdict === "not identifiable" || p.verdict === "weak")).map(([name]) => name);
     if (!doubtful.length) return null;
     return h("div", { class: "state warn", id: "caution" }, h("p", {}, t("out.caution", { names: doubtful.join(", ") })),
       warnings.length > 0 && h("p", {}, button("out.why", () => go("verdict"))));

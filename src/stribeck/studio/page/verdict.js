@@ -18,7 +18,7 @@ export function verdictStep() {
   const chooser = h("div");
   const body = h("div");
   const further = h("div");
-  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.verdict")), chooser, body, further);
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.verdict")), chooser, body, further, onward(button("next.out", () => go("out"), { class: "main", id: "next" })));
   let key = null;
   let wanted = null; // ids of the fits that are shown; the last one until the person chooses
   let all = [];
@@ -44,7 +44,7 @@ export function verdictStep() {
         const ids = shown().map(({ job }) => job);
         wanted = event.target.checked ? [...ids, fit.job] : ids.filter((id) => id !== fit.job);
         drawBody();
-      } }), `${fitNumber(fit.job)}: ${fit.law}, ${rigTitle(fit.rig)} (${number(fit.objective.value, 3)} ${fit.objective.unit})`))));
+      } }), `${fitNumber(fit.job)}: ${fit.law} · ${rigTitle(fit.rig)} (${number(fit.objective.value, 3)} ${fit.objective.unit})`))));
     drawBody();
   }
 
@@ -133,11 +133,13 @@ export function verdictStep() {
 
   // Where the page has what a warning spells as an option of the command line.
   function ways(warning) {
+    const [, law] = /\buse law ([\w-]+)/.exec(warning) ?? [];
+    if (law) return [h("button", { type: "button", class: "way", onclick: () => attempt(async () => { await change({ law, directional: false }); toField("fit-law"); }) }, `${t("verdict.take")}: ${law}`)];
     const named = [...new Set([...warning.matchAll(/--(\w+)/g)].map(([, option]) => option))].filter((option) => option in FIELDS);
     return named.map((option) => h("button", { type: "button", class: "way", onclick: () => toField(FIELDS[option]) }, `--${option} = ${t("step.fit")}: ${t(`fit.${FIELDS[option].slice(4)}`)}`));
   }
 
-  async function toField(id) {
+  function toField(id) {
     go("fit");
     const control = document.getElementById(id);
     const details = control?.closest("details");
@@ -187,8 +189,7 @@ export function verdictStep() {
     h("p", {},
       button("verdict.select", () => attempt(() => post("/jobs", { kind: "select" }))), " ",
       button("verdict.plan", () => attempt(() => post("/jobs", { kind: "plan", parent: shown().at(-1)?.job })))),
-    ...work.map((job) => jobView(job)),
-    onward(button("next.out", () => go("out"), { class: "main", id: "next" })));
+    ...work.map((job) => jobView(job)));
   }
 
   function jobView(job) {
