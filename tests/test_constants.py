@@ -59,6 +59,9 @@ def other_motor() -> Fit:
         ("1e-6±2e-7", 1e-6, 2e-7, "yours"),
         ("-0.3 nameplate", -0.3, 0.03, "nameplate"),
         ("0.3 ± 5 % nameplate", 0.3, 0.015, "nameplate"),
+        ("1,3 ± 0,05", 1.3, 0.05, "yours"),
+        ("0,052", 0.052, 0.0, "yours"),
+        ("12,5e-1", 1.25, 0.0, "yours"),
     ],
 )
 def test_a_value_with_a_tolerance(text: str, value: float, tolerance: float, origin: str) -> None:
@@ -82,6 +85,9 @@ def test_a_value_with_a_tolerance(text: str, value: float, tolerance: float, ori
         "1±2±3",
         "nameplate",
         "20 plate",
+        "1,250",
+        "1,2,3",
+        "20,",
     ],
 )
 def test_what_is_no_value_with_a_tolerance(text: str) -> None:

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from stribeck.data import Recording, read
 from stribeck.data.readers.delimited import read_text
 from stribeck.data.readers.heads import Head, meanings, take_apart
+from stribeck.data.readers.log_contents import contents
 from stribeck.data.readers.matlab_file import read_matlab
 from stribeck.data.readers.repair import SHORT_GAP
 from stribeck.errors import InputError
@@ -143,6 +144,74 @@ def test_latin_1_heads(tmp_path: Path) -> None:
     recording = read(write(tmp_path, (heads + rows).encode("latin-1")))
     assert_same(recording)
     assert list(recording.extra) == ["Kühlung"]
+
+
+def test_a_sign_of_windows_in_a_unit(tmp_path: Path) -> None:
+    """Drives of Windows programs write torque in per mille as byte 0x89, which Latin-1 lacks."""
+    rows = "".join(f"{1e6 * t:.6g},{x:.6g},20\n" for t, x in zip(T, X, strict=True))
+    file = write(tmp_path, ("Zeit [µs],Weg [mm],M [‰]\n" + rows).encode("cp1252"))
+    assert [c.unit for c in contents(file).channels] == ["µs", "mm", "‰"]
+
+
+def two_rates(slow: str, step: int, late: int = 0) -> str:
+    """A log of which one column is written in every k-th row alone, from one of these on."""
+    force = np.cos(3.0 * T)
+    lines = ["t_s;x_mm;F_N"]
+    for k, (t, x, f) in enumerate(zip(T, X, force, strict=True)):
+        there = k % step == late
+        cells = (f"{x:.9g}" if there or slow != "x_mm" else "",
+                 f"{f:.9g}" if there or slow != "F_N" else "")  # fmt: skip
+        lines.append(f"{t:.6g};{cells[0]};{cells[1]}".replace(".", ","))
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(("step", "late"), [(2, 0), (4, 0), (4, 3)])
+def test_a_log_whose_force_is_slower_is_the_rows_that_have_one(
+    step: int, late: int, tmp_path: Path
+) -> None:
+    recording = read(write(tmp_path, two_rates("F_N", step, late)))
+    own = np.arange(late, N, step)
+    np.testing.assert_allclose(recording.t, T[own] - T[own[0]], atol=1e-9)
+    np.testing.assert_allclose(recording.position, X[own] * 1e-3, atol=1e-9)
+    assert recording.force is not None
+    np.testing.assert_allclose(recording.force, np.cos(3.0 * T[own]), atol=1e-8)
+    assert f"F_N is in {len(own)} of {N} rows: these are read" in recording.notes
+
+
+def test_another_column_that_is_slower_is_read_between_its_samples(tmp_path: Path) -> None:
+    head = "t_s;x_mm;I_A"
+    rows = [
+        f"{t:.6g};{x:.9g};{k if k % 4 == 0 else ''}"
+        for k, (t, x) in enumerate(zip(T, X, strict=True))
+    ]
+    recording = read(write(tmp_path, "\n".join([head, *rows]) + "\n"))
+    assert recording.current is not None
+    np.testing.assert_allclose(recording.t, T[: len(recording.t)], atol=1e-9)
+    np.testing.assert_allclose(recording.current, np.arange(len(recording.t)), atol=1e-9)
+    assert any("I_A, measured each 40 ms: read on straight" in note for note in recording.notes)
+
+
+def test_a_position_at_a_lower_rate_is_the_clock_of_the_log(tmp_path: Path) -> None:
+    """What is faster is averaged, so that nothing above half of the lower rate folds down."""
+    recording = read(write(tmp_path, two_rates("x_mm", 4)))
+    np.testing.assert_allclose(recording.t, T[: 4 * len(recording.t) : 4], atol=1e-9)
+    np.testing.assert_allclose(recording.position, X[::4] * 1e-3, atol=1e-9)
+    assert recording.force is not None
+    mean = np.sin(3.0 * 0.02) / (3.0 * 0.02)  # of a cosine over 40 ms
+    np.testing.assert_allclose(recording.force[1:-1], mean * np.cos(3.0 * T[4:-4:4]), atol=1e-4)
+
+
+def test_the_rate_of_a_slower_column_is_its_own(tmp_path: Path) -> None:
+    rates = {c.name: c.rate for c in contents(write(tmp_path, two_rates("F_N", 4))).channels}
+    assert rates["x_mm"] == pytest.approx(100.0)
+    assert rates["F_N"] == pytest.approx(25.0, rel=0.1)
+
+
+def test_a_slower_column_that_is_away_for_long_has_a_gap(tmp_path: Path) -> None:
+    lines = two_rates("F_N", 2).splitlines()
+    gone = [line.rsplit(";", 1)[0] + ";" if 8 < k < 26 else line for k, line in enumerate(lines)]
+    with pytest.raises(InputError, match="force is empty in line"):
+        read(write(tmp_path, "\n".join(gone)))
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from conftest import RECORDINGS
 from studio_server import Studio, sliding_log, studio
 
 OF_PARTS: dict[str, Any] = {
@@ -143,6 +144,23 @@ def test_no_file_of_the_machine_is_a_rig(opened: Studio, name: str) -> None:
         state = opened.choose(rig=rig, axis={}, constants={}, law="")
         fit = next(step for step in state["steps"] if step["name"] == "fit")
         assert (fit["lock"], fit["detail"].startswith("no rig")) == ("lock.axis", True)
+
+
+@pytest.mark.recordings("bam_xl330")
+def test_a_constant_that_the_log_states_is_told_with_its_value(opened: Studio) -> None:
+    """The servo's gain is 200 in this log, where the rig has 400."""
+    log = RECORDINGS / "bam_xl330" / "logs" / "2026-01-15_10h28m49.json"
+    opened.ask("POST", f"{opened.session}/files?name={log.name}", log.read_bytes())
+    opened.choose(logs=opened.ask("GET", opened.session).json["choices"]["logs"][-1:])
+    contents = (
+        opened.choose(rig="servo-pendulum")
+        and opened.ask("GET", f"{opened.session}/logs/0/contents").json
+    )
+    assert contents["as_rig"] == "servo-pendulum"
+    units = {c["name"]: c["unit"] for c in contents["channels"]}
+    assert (units["position"], units["mass"]) == ("rad", None)
+    overview = opened.ask("GET", f"{opened.session}/logs/0/overview").json
+    assert overview["stated"] == {"kp": 200.0, "vin": 7.4, "m": 0.49, "l": 0.1}
 
 
 def test_a_drive_says_what_it_makes_of_its_signal(opened: Studio) -> None:

@@ -26,6 +26,16 @@ def test_choices_are_undone_and_redone_one_by_one(tmp_path: Path) -> None:
         assert home.turn(key, -1).choices == Choices(rig="emps")
 
 
+def test_a_session_without_a_name_has_that_of_its_first_log(tmp_path: Path) -> None:
+    with Home(tmp_path / "home") as home:
+        log = home.keep_log("axis.csv", tmp_path / "axis.csv")
+        keys = [home.begin(name, Choices()).id for name in ("mine", "", "")]
+        for key in keys[:2]:
+            home.change(key, {"logs": [{"id": log.id}]})
+        names = {key: name for key, name, _ in home.sessions()}
+        assert [names[key] for key in keys] == ["mine", "axis.csv", ""]
+
+
 def test_two_windows_do_not_overwrite_each_other(tmp_path: Path) -> None:
     with Home(tmp_path) as home, Home(tmp_path) as other:
         session = home.begin("mine", Choices())

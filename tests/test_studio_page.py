@@ -116,7 +116,11 @@ def test_a_search_is_drawn_as_it_goes_stopped_and_kept(chromium: Any, tmp_path: 
         w.page.click("text=See the verdict")
         w.page.wait_for_selector("td .chip")
         w.drawn()
+        w.page.wait_for_selector("#headline")
         w.picture("verdict")
+        w.page.click("#next")
+        w.page.wait_for_selector("#caution:has-text('v_SS')")
+        w.page.wait_for_selector("text=where the search was stopped here")
         w.is_silent()
 
 
@@ -127,12 +131,53 @@ def test_wrong_files_are_told_and_undone(chromium: Any, tmp_path: Path, log: Pat
         w.open(opened.address)
         w.page.set_input_files("#files", str(wrong))
         w.page.wait_for_selector("#steps li.locked:has-text('Look')")
+        w.page.click("#steps li.locked:has-text('Look')")
+        w.page.wait_for_selector("#told:has-text('cannot be read as it is')")
         w.page.goto(f"{w.page.url.rsplit('/', 1)[0]}/look")
         w.page.wait_for_selector("text=cannot be read as it is")
         w.page.click("text=To what is missing")
         w.page.click("text=Undo")
         w.page.wait_for_selector("#steps a:has-text('Look')")
         assert w.elsewhere == []
+
+
+def test_a_session_begins_with_a_file_in_any_language(
+    chromium: Any, tmp_path: Path, log: Path
+) -> None:
+    with studio(tmp_path / "home") as opened, window(chromium, opened) as w:
+        w.open(opened.address)
+        w.page.select_option("#head select", "de")
+        w.page.wait_for_selector("h1:has-text('Sitzungen')")
+        w.page.set_input_files("#first-files", str(log))
+        w.page.wait_for_selector("#read:has-text('Kraft')")
+        assert w.page.inner_text("#head .session") == "axis.csv"
+        w.page.click("#head .home")
+        w.page.wait_for_selector("#main a:has-text('axis.csv')")
+        w.is_silent()
+
+
+def test_a_warning_leads_to_the_field_that_it_names(chromium: Any, finished: Studio) -> None:
+    with window(chromium, finished) as w:
+        enter(w, finished, "verdict")
+        w.page.click("button.way >> nth=0")
+        w.until("document.activeElement.id.startsWith('fit-')")
+        assert w.heading() == "Fit"
+        w.is_silent()
+
+
+def test_a_range_behind_the_end_is_told_at_once(chromium: Any, tmp_path: Path, log: Path) -> None:
+    with studio(tmp_path / "home", log) as opened, window(chromium, opened) as w:
+        w.open(opened.address)
+        w.open(w.page.url.replace("/logs", "/axis"))
+        w.page.click("input[value='forced']")
+        w.page.click("#next:not([disabled])")
+        w.drawn()
+        w.page.fill("#fit-train", "0,5s:2s; 900s:1000s")
+        w.page.keyboard.press("Tab")
+        w.page.wait_for_selector(".state.warn:has-text('900s:1000s is beyond the end')")
+        w.page.wait_for_selector(".state.warn >> text=0.5s:2s", state="detached")
+        w.until(f"{FIELD} === '0.5s:2s; 900s:1000s'")
+        w.is_silent()
 
 
 def test_two_windows_show_the_same(chromium: Any, tmp_path: Path, log: Path) -> None:
@@ -180,12 +225,8 @@ def test_every_step_can_be_read_by_everybody(
     """No serious finding of axe-core, nothing beside the page, no word without a translation."""
     size = {"width": width, "height": 900}
     with window(chromium, finished, viewport=size, color_scheme=theme, locale=language) as w:
-        name, _, value = finished.cookie.partition("=")
-        place = f"http://127.0.0.1:{finished.port}"
-        w.page.context.add_cookies([{"name": name, "value": value, "url": place}])
-        session = finished.session.rsplit("/", 1)[1]
         for step in STEPS:
-            w.open(f"{place}/s/{session}/{step}")
+            enter(w, finished, step)
             if step in ("look", "fit", "verdict"):
                 w.drawn()
             if step == "logs":
@@ -208,6 +249,14 @@ def test_every_step_can_be_read_by_everybody(
             keys = [text for text in w.page.evaluate(TEXTS) if KEY.fullmatch(text)]
             assert keys == [], step
         w.is_silent()
+
+
+def enter(w: Window, opened: Studio, step: str) -> None:
+    """Open a step of the session of a studio that others have entered."""
+    name, _, value = opened.cookie.partition("=")
+    place = f"http://127.0.0.1:{opened.port}"
+    w.page.context.add_cookies([{"name": name, "value": value, "url": place}])
+    w.open(f"{place}/s/{opened.session.rsplit('/', 1)[1]}/{step}")
 
 
 @pytest.fixture(scope="module")

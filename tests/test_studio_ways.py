@@ -64,6 +64,31 @@ def of_a_press(hand: Hand) -> None:
     hand.type("#drive-lead", "10 mm")
 
 
+def plc(folder: Path) -> list[Path]:
+    """The same press as a German PLC exports it: cp1252, decimal commas, torque at a quarter."""
+    t = np.arange(0.0, 8.0, 1e-3)
+    w = 2 * np.pi * 0.6
+    x, v, a = 0.1 * np.sin(w * t), 0.1 * w * np.cos(w * t), -0.1 * w * w * np.sin(w * t)
+    force = 40.0 * a + 60.0 * np.tanh(v / 1e-4) + 300.0 * v
+    force += np.random.default_rng(5).normal(0.0, 0.5, len(t))
+    lines = ["Zeit [ms];Lageistwert [mm];Momentenistwert [‰]"]
+    for k, (at, way, push) in enumerate(zip(1e3 * t, 1e3 * x, force / PER_MILLE, strict=True)):
+        torque = f"{push:.6g}" if k % 4 == 0 else ""
+        lines.append(f"{at:.6g};{way:.9g};{torque}".replace(".", ","))
+    file = folder / "Presse.csv"
+    file.write_bytes("\r\n".join([*lines, ""]).encode("cp1252"))
+    return [file]
+
+
+def of_a_plc(hand: Hand) -> None:
+    """Torque stands with its unit, and numbers are typed as a German types them."""
+    hand.press("#also")
+    hand.press("#to-drive")
+    hand.choose("#drive-convention", "cia402-torque")
+    hand.type("#drive-rated_torque", "5,0 Nm")
+    hand.type("#drive-lead", "10 mm")
+
+
 @dataclass(frozen=True)
 class Way:
     """A way through the studio.
@@ -88,6 +113,10 @@ class Way:
 WAYS = {
     "twincat": Way(
         scope, of_a_press, lambda hand: hand.pick("rig", "forced"), 0, "",
+        {"M": (40.0, 0.02), "F_C": (60.0, 0.05), "F_V": (300.0, 0.05)},
+    ),
+    "plc": Way(
+        plc, of_a_plc, lambda hand: hand.pick("rig", "forced"), 0, "",
         {"M": (40.0, 0.02), "F_C": (60.0, 0.05), "F_V": (300.0, 0.05)},
     ),
     "twin": Way(
@@ -157,7 +186,7 @@ def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mou
         page.wait_for_selector("td .chip")
         for parameter, (value, share) in way.known.items():
             cells = page.inner_text(f"tr:has(th:text-is('{parameter}'))").split("\t")
-            assert float(cells[1]) == pytest.approx(value, rel=share)
+            assert float(cells[2]) == pytest.approx(value, rel=share)
         hand.press("#next")
         page.wait_for_selector("pre:has-text('FUNCTION_BLOCK')")
         page.wait_for_selector(".copy pre:has-text('stribeck identify')")

@@ -20,7 +20,7 @@ PAGE = "\n".join(
 #: Calls whose first argument is a key; and keys of which a part is computed.
 VALUES = re.compile(r"\{\w+\}")
 KEYS = re.compile(r"\b(?:t|button|field)\(\s*\"([a-z][\w. ]*)\"")
-COMPUTED = re.compile(r"\b(?:t|field)\(`([a-z.]+)\$\{")
+COMPUTED = re.compile(r"\b(?:t|term|field)\(`([a-z.]+)\$\{")
 
 
 @pytest.mark.parametrize("language", ["de", "zh"])

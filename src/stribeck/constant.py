@@ -124,7 +124,9 @@ _NAMEPLATE: Origin = "nameplate"
 _LONGEST, _QUANTITY = 500, "a number with its unit, tolerance and source"
 _SOURCED = re.compile(r"(.*\S)\s+\(([^()]+)\)\s*")
 _SPLIT = re.compile(r"±|\+/?-")
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?[A-Za-z]+)\s*([^\d\s+-].*)?")
+_NUMBER = re.compile(
+    r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?|[+-]?[A-Za-z]+)\s*([^\d\s+-].*)?"
+)
 
 
 @dataclass(frozen=True)

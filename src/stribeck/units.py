@@ -192,8 +192,13 @@ def _spell(text: str) -> str:
     return re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", text)
 
 
+#: A number with a comma for its point; and one whose comma may as well part thousands.
+_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
+_THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2},\d{3}\s*")
+
+
 def number(text: str, place: str, *, whole: str | None = None, kind: str = "a number") -> float:
-    """A finite number that a person wrote.
+    """A finite number that a person wrote, with a point or a comma.
 
     Args:
         text: It.
@@ -202,11 +207,14 @@ def number(text: str, place: str, *, whole: str | None = None, kind: str = "a nu
         kind: What should stand there, for the message.
 
     Raises:
-        InputError: it is no number, or not finite.
+        InputError: it is no number, not finite, or has a comma that may part thousands.
     """
     written = text if whole is None else whole
+    if _THOUSANDS.fullmatch(text):
+        few, many = text.strip().replace(",", "."), text.strip().replace(",", "")
+        raise InputError(f"{place}: {written!r} is {few} or {many}: write it without a comma")
     try:
-        value = float(text)
+        value = float(text.replace(",", ".") if _COMMA.fullmatch(text) else text)
     except ValueError:
         raise InputError(f"{place}: {written!r} is not {kind}") from None
     if not math.isfinite(value):

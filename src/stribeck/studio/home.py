@@ -251,10 +251,14 @@ class Home:
         return self.session(key)
 
     def sessions(self) -> list[tuple[str, str, str]]:
-        """Id, name and day of each session, the latest first."""
+        """Id, name and day of each session, the latest first; one without a name has its log's."""
         with self._plainly():
             return self._db.execute(
-                "SELECT id, name, created FROM sessions ORDER BY created DESC, rowid DESC"
+                "SELECT s.id, coalesce(nullif(s.name, ''), l.name, ''), s.created "
+                "FROM sessions s LEFT JOIN states t ON t.session = s.id AND t.step = s.step "
+                "LEFT JOIN logs l ON l.id = CASE WHEN json_valid(t.choices) "
+                "THEN json_extract(t.choices, '$.logs[0].id') END "
+                "ORDER BY s.created DESC, s.rowid DESC"
             ).fetchall()
 
     def session(self, key: str) -> Session:

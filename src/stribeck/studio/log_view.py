@@ -20,7 +20,9 @@ from ..data.readers.log_map import FILE
 from ..data.segmentation import Segments
 from ..report.figures.overview_plots import DrawnLog
 from ..report.format import unit_label
+from ..rig import Rig
 from ..rig.lookup import rig_of_heads
+from ..rig.simulated import SimulatedRig
 from ..space import Array
 from ..units import unit
 from .pyramid import Pyramid, windowed
@@ -210,19 +212,26 @@ def stamp(log: Path) -> tuple[int, ...]:
     return tuple(n for s in stats for n in (s.st_mtime_ns, s.st_ctime_ns, s.st_size))
 
 
-def contents_table(result: LogContents) -> dict[str, Any]:
-    """What is in a log, for the page: its channels, and what would be taken for what."""
+def contents_table(result: LogContents, rig: str = "") -> dict[str, Any]:
+    """What is in a log, for the page: its channels, and what would be taken for what.
+
+    Args:
+        result: It.
+        rig: The kind of axis whose columns were taken; empty where heads or a map say it.
+    """
     taken = {choice.column: channel for channel, choice in result.taken.items()}
+    units = {c.column: c.unit.written for c in result.taken.values()} if rig else {}
     return {
         "file": result.file,
         "format": result.format,
         "problems": list(result.problems),
         "lacking": result.lacking,
+        "as_rig": rig,
         "rig": rig_of_heads([c.name for c in result.channels]) if result.lacking else None,
         "channels": [
             {
                 "name": c.name,
-                "unit": c.unit,
+                "unit": c.unit or units.get(c.name),
                 "count": c.count,
                 "rate": c.rate,
                 "constant": bool(c.constant),
@@ -240,10 +249,19 @@ def log_contents(request: Request, log: int) -> dict[str, Any]:
     Raises:
         InputError: as `contents`.
     """
-    columns = request.map
-    if columns is None and (rig := request.reading_rig) is not None:
-        columns = dict(rig.columns) or None
-    return contents_table(contents(request.path(log), columns=columns, **request.words))
+    columns, of_rig = request.map, ""
+    if columns is None and (rig := request.reading_rig) is not None and rig.columns:
+        columns, of_rig = dict(rig.columns), request.choices.rig
+    return contents_table(contents(request.path(log), columns=columns, **request.words), of_rig)
+
+
+def stated_constants(rig: Rig | None, recording: Recording) -> dict[str, float]:
+    """The constants of an axis that a log states itself, in the units that people see."""
+    if not isinstance(rig, SimulatedRig):
+        return {}
+    units = {c.name: c.unit for c in rig.constants}
+    stated = rig.stated(recording)
+    return {n: float(unit(units[n]).from_si(v)) for n, v in stated.items() if n in units}
 
 
 def _numbers(values: Array, digits: int) -> list[float | None]:

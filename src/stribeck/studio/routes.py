@@ -28,7 +28,7 @@ from .catalogue import catalogue, rig_document
 from .choices import AXIS, Choices, Kind
 from .exports import exported, targets
 from .home import Home, Session, SessionJob
-from .log_view import LogViews, log_contents, stamp
+from .log_view import LogViews, log_contents, stamp, stated_constants
 from .results import compared, fit_results, result_file
 from .session_request import Request
 from .steps import steps
@@ -289,9 +289,11 @@ class Routes:
 
     async def _overview(self, asked: Asked) -> Response:
         request, log = self._log(asked)
-        return JSONResponse(
-            await run_in_threadpool(lambda: self._views.view(request, log).overview())
-        )
+        return JSONResponse(await run_in_threadpool(self._overview_of, request, log))
+
+    def _overview_of(self, request: Request, log: int) -> dict[str, Any]:
+        view = self._views.view(request, log)
+        return view.overview() | {"stated": stated_constants(request.reading_rig, view.recording)}
 
     async def _lines(self, asked: Asked) -> Response:
         request, log = self._log(asked)

@@ -23,6 +23,7 @@ from .log_map import LogMap
 from .log_span import LogSpan, no_samples
 from .raw_table import RawTable, listed, shortened
 from .repair import Mender, filled_extra
+from .slower_columns import by_rate
 from .steady_table import chosen_columns, is_steady, steady_arguments
 
 #: Cells that are kept beside the channels, for whoever names them later.
@@ -166,6 +167,8 @@ def _table(
     Of a window no more than its rows and some beside them are read, where the log can tell them.
     """
     tables, everything = _tables(log, heads, wanted, part)
+    time, force = chosen.get("time"), chosen["force"].column if "force" in chosen else ""
+    tables = tuple(t for table in tables for t in by_rate(table, time, grid, force, wanted))
     apart = [t for t in tables if grid in t.columns or wanted.intersection(t.columns)]
     others = {n: v for t in tables for n, v in t.scalars.items()}
     held = frozenset(chosen[c].column for c in _HELD if c in chosen)

@@ -130,6 +130,17 @@ def _timed(log: LogFile, time: Choice | None, rate: float | None) -> tuple[Chann
     if t is None:
         return log.channels
     pace, span = timing(t)
+    most = max((c.count for c in log.channels if not c.constant), default=0)
     return tuple(
-        c if c.clock or c.constant else replace(c, rate=pace, span=span) for c in log.channels
+        c if c.clock or c.constant else replace(c, rate=_rate(c, pace, span, most), span=span)
+        for c in log.channels
     )
+
+
+def _rate(
+    channel: Channel, pace: float | None, span: tuple[float, float] | None, most: int
+) -> float | None:
+    """Samples a second of a column: of one with few samples, as many as it has in the log."""
+    if span is None or span[1] <= span[0] or 2 * channel.count > most + 1:
+        return pace
+    return float(f"{max(channel.count - 1, 0) / (span[1] - span[0]):.4g}") or None

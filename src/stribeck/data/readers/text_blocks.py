@@ -8,6 +8,7 @@ columns that are asked for and one block. Lines are checked where they are read.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -24,7 +25,7 @@ from .lines import Encoding, LineBlock, LinedFile, unpacked
 from .log_file import Channel
 from .raw_table import RawTable
 from .text_columns import WordColumn
-from .text_encoding import NO_TEXT, SNIFFED, has_control
+from .text_encoding import NO_TEXT, SNIFFED, UNMARKED, has_control
 from .text_layout import TextLayout, text_layout
 from .text_rows import TextRows, comment_mark
 from .text_table import named, overrun_note, text_table, without_overruns
@@ -182,14 +183,10 @@ def large_text(path: Path, block: int = BLOCK) -> BlockedText:
     Raises:
         InputError: it is not text, or not a header with rows of numbers of one length below it.
     """
-    try:
-        return _opened(path, block, "utf-8")
-    except UnicodeDecodeError:
-        pass
-    try:
-        return _opened(path, block, "latin-1")
-    except UnicodeDecodeError as error:
-        raise InputError(NO_TEXT) from error
+    for encoding in UNMARKED:
+        with suppress(UnicodeDecodeError):
+            return _opened(path, block, encoding)
+    raise InputError(NO_TEXT)
 
 
 def _opened(path: Path, block: int, otherwise: str) -> BlockedText:

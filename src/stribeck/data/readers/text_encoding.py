@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from contextlib import suppress
 
 import numpy as np
 
@@ -12,6 +14,9 @@ from ...errors import InputError
 SNIFFED = 1 << 16
 NO_TEXT = "is not text: export the log as CSV, Parquet or MATLAB 5"
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
+#: What a text without a mark may be, in the order in which it is tried: cp1252 has `‰` and `µ`
+#: where drives write them, but leaves five bytes out; latin-1 has a character for each.
+UNMARKED = ("utf-8", "cp1252", "latin-1")
 _MARKS = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be", b"\xef\xbb\xbf": "utf-8"}
 
 
@@ -22,18 +27,21 @@ def utf8(data: bytes) -> bytes:
         InputError: it is no text.
     """
     encoding = encoding_mark(data)
-    try:
-        if encoding is not None:
-            name, mark = encoding
-            data = data[mark:].decode(name).encode()
-        elif not data.isascii():
-            data.decode()
-    except UnicodeDecodeError:
-        data = data.decode("latin-1").encode()
+    marked = ((encoding[0], encoding[1]),) if encoding is not None else ()
+    if marked or not data.isascii():
+        data = _decoded(data, (*marked, *((name, 0) for name in UNMARKED)))
     if _CONTROL.search(data, 0, SNIFFED) or b"\0" in data:
         raise InputError(NO_TEXT)
     line_end = b"\r\n" if b"\n" in data else b"\r"
     return data.replace(line_end, b"\n") if b"\r" in data else data
+
+
+def _decoded(data: bytes, encodings: Iterable[tuple[str, int]]) -> bytes:
+    """A text in UTF-8, by the first of some encodings that reads it; each with bytes to skip."""
+    for name, mark in encodings:
+        with suppress(UnicodeDecodeError):
+            return data[mark:].decode(name).encode()
+    raise InputError(NO_TEXT)
 
 
 def encoding_mark(head: bytes) -> tuple[str, int] | None:

@@ -24,6 +24,11 @@ export async function ask(method, path, body, more = {}) {
   return answer;
 }
 
+// Fits are counted in their session; the numbers of jobs count what nobody sees as well.
+export const fitNumber = (id) => session.state.jobs.filter((job) => job.kind === "identify").findIndex((job) => job.id === id) + 1;
+// What a session is called: as it was named, or after its first log.
+export const called = (state) => state.name || state.logs[0]?.name || "";
+
 export const address = (rest = "") => `/api/sessions/${session.id}${rest}`;
 export const get = (rest) => ask("GET", address(rest));
 

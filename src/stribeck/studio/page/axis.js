@@ -3,8 +3,9 @@
 import { OWN, address, ask, change, get, rigNamed, session, settle } from "./api.js";
 import { composer } from "./composer.js";
 import { composition } from "./composition.js";
-import { button, fill, h, number, t, table } from "./dom.js";
+import { button, fill, h, number, onward, printed, t, table, term } from "./dom.js";
 import { driveForm } from "./drive.js";
+import { rigTitle } from "./logs.js";
 import { attempt, go } from "./main.js";
 
 // Origins of values that are of somebody else's machine, or nobody's.
@@ -20,20 +21,27 @@ export function axisStep() {
   const drive = h("div");
   const drawDrive = driveForm(drive);
   const drawOwn = composer(own);
-  const next = h("div");
+  const next = onward();
   const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.axis")), h("p", { class: "lead" }, t("axis.lead")), rigs, picture, own, constants, drive, next);
   let suggestion = null;
+  let known = {}; // constants that the log states itself
   let key = null;
 
   async function suggest(state) {
-    const now = JSON.stringify([state.choices.logs, state.choices.columns]);
+    const now = JSON.stringify([state.choices.logs, state.choices.columns, state.choices.rig]);
     if (now === key) return;
     key = now;
+    let stated = {};
     try {
       const overview = await get("/logs/0/overview");
       suggestion = { rig: overview.rig, reason: overview.rig_reason };
+      stated = overview.stated;
     } catch (error) { suggestion = { rig: "", reason: error.message }; }
-    if (key === now) drawRigs(session.state);
+    if (key !== now) return;
+    known = stated;
+    drawRigs(session.state);
+    drawPicture(session.state, rigNamed(session.state.choices.rig));
+    drawConstants(session.state, rigNamed(session.state.choices.rig));
   }
 
   const choose = (name) => attempt(() => change(({ axis }) => ({
@@ -42,15 +50,15 @@ export function axisStep() {
 
   const option = (state, name, title, doc, chip) => h("label", { class: "choice" },
     h("input", { type: "radio", name: "rig", value: name, checked: state.choices.rig === name, onchange: () => choose(name) }),
-    h("span", {}, h("strong", {}, title), chip && h("span", { class: "chip identified" }, chip), h("br"), doc));
+    h("span", {}, h("strong", {}, title), chip && " ", chip && h("span", { class: "chip identified" }, chip), h("br"), doc));
 
   function drawRigs(state) {
     const all = Object.entries(session.catalogue.rigs);
     all.sort(([a], [b]) => (b === suggestion?.rig) - (a === suggestion?.rig));
     const focused = rigs.contains(document.activeElement) ? document.activeElement : null;
     fill(rigs, h("fieldset", { class: "cards" }, h("legend", {}, t("axis.rig")),
-      suggestion && h("p", { class: "note" }, suggestion.rig ? t("axis.suggested", { rig: suggestion.rig, reason: suggestion.reason }) : t("axis.none", { reason: suggestion.reason })),
-      h("div", { class: "grid" }, all.map(([name, rig]) => option(state, name, name, rig.doc, name === suggestion?.rig && t("axis.fits"))),
+      suggestion && h("p", { class: "note" }, suggestion.rig ? t("axis.suggested", { rig: rigTitle(suggestion.rig), reason: term(`reason.${suggestion.reason}`, suggestion.reason) }) : t("axis.none", { reason: suggestion.reason })),
+      h("div", { class: "grid" }, all.map(([name, rig]) => option(state, name, rigTitle(name), term(`rig.${name}.doc`, rig.doc), name === suggestion?.rig && t("axis.fits"))),
         option(state, OWN, state.choices.axis.name || t("axis.own"), t("axis.own.doc")))),
     h("div", { class: "field" }, h("label", { for: "rig-file" }, t("axis.file")),
       h("input", { type: "file", id: "rig-file", accept: ".toml", onchange: (event) => attempt(async () => {
@@ -61,7 +69,7 @@ export function axisStep() {
   }
 
   function isAmber(state, name, constant) {
-    return !state.choices.constants[name] && !state.choices.exact && BORROWED.has(constant.origin);
+    return !state.choices.constants[name] && !(name in known) && !state.choices.exact && BORROWED.has(constant.origin);
   }
 
   // What a description lacks to be an axis.
@@ -71,7 +79,7 @@ export function axisStep() {
   }
 
   function drawPicture(state, rig) {
-    const stamp = JSON.stringify([rig?.composition, lacking(state), state.choices.constants, state.choices.exact, document.documentElement.lang]);
+    const stamp = JSON.stringify([rig?.composition, lacking(state), known, state.choices.constants, state.choices.exact, document.documentElement.lang]);
     if (picture.dataset.stamp === stamp) return;
     picture.dataset.stamp = stamp;
     const amber = (block) => block.constants.some((name) => rig.constants[name] && isAmber(state, name, rig.constants[name]));
@@ -89,14 +97,14 @@ export function axisStep() {
       const amber = isAmber(state, name, constant);
       return { class: amber ? "untouched" : null, cells: [
         name,
-        h("input", { type: "text", class: "short", value: stated ?? "", placeholder: number(constant.value, 6), maxlength: "60", "aria-label": `${name}: ${constant.doc}`,
+        name in known ? number(known[name], 6) : h("input", { type: "text", class: "short", value: stated ?? "", placeholder: number(constant.value, 6), maxlength: "60", "aria-label": `${name}: ${constant.doc}`,
           onchange: (event) => {
             const value = event.target.value.trim();
             attempt(() => change(({ constants: { [name]: _, ...rest } }) => ({ constants: value ? { ...rest, [name]: value } : rest })));
           } }),
-        stated || !constant.tolerance || state.choices.exact ? "" : `±${number(constant.tolerance, 3)}`,
-        constant.unit || "1", constant.doc,
-        stated ? t("origin.yours") : `${t(`origin.${constant.origin}`)}${amber ? ` – ${t("axis.amber")}` : ""}`, stated ? "" : constant.source,
+        stated || name in known || !constant.tolerance || state.choices.exact ? "" : `±${number(constant.tolerance, 3)}`,
+        printed(constant.unit || "1"), constant.doc,
+        name in known ? t("origin.log") : stated ? t("origin.yours") : `${t(`origin.${constant.origin}`)}${amber ? ` – ${t("axis.amber")}` : ""}`, stated || name in known ? "" : constant.source,
       ] };
     });
     const focused = constants.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
@@ -108,8 +116,8 @@ export function axisStep() {
 
   function drawNext(state) {
     const { lock } = state.steps.find(({ name }) => name === "fit");
-    fill(next, h("p", {}, button("next.fit", () => go("fit"), { class: "main", id: "next", disabled: Boolean(lock) }), " ",
-      lock && h("span", { class: "note" }, [t(lock), lacking(state)].filter(Boolean).join(": "))));
+    fill(next, button("next.fit", () => go("fit"), { class: "main", id: "next", disabled: Boolean(lock) }), " ",
+      lock && h("span", { class: "note" }, [t(lock), lacking(state)].filter(Boolean).join(": ")));
   }
 
   function update(state) {

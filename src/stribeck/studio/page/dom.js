@@ -13,6 +13,9 @@ export function t(key, values = {}) {
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
 }
 
+// The words of a key, or others where the catalogue has none: what a package declares elsewhere.
+export const term = (key, otherwise) => words[key] ?? otherwise;
+
 // An element: h("p", {class: "note", onclick: f}, "text", child).
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
@@ -68,3 +71,9 @@ export function number(value, digits = 4) {
 }
 
 export const row = (...cells) => ({ cells });
+
+// A unit as it is printed: `kg m**2` is `kg m²`.
+export const printed = (unit) => unit.replaceAll("**2", "²").replaceAll("**3", "³");
+
+// What leads on to the next step: in view whatever the length of the section that it ends.
+export const onward = (...children) => h("div", { class: "onward" }, ...children);

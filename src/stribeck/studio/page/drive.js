@@ -1,7 +1,7 @@
 // What a drive recorded, and how it becomes the force of the axis: asked number by number.
 
 import { change, session } from "./api.js";
-import { field, fill, h, menu, t } from "./dom.js";
+import { field, fill, h, menu, t, term } from "./dom.js";
 import { attempt } from "./main.js";
 
 const WORDS = new Set(["convention", "signal", "side", "motion", "reversed"]);
@@ -19,18 +19,25 @@ function needed(chain, convention) {
 export function driveForm(place) {
   const put = (name, value) => attempt(() => change(({ drive: { [name]: _, ...rest } }) => ({ drive: value ? { ...rest, [name]: value } : rest })));
 
-  const number = (name, chain, examples) => field(`drive.${name}`, h("input", {
-    type: "text", id: `drive-${name}`, value: chain[name] ?? "", placeholder: examples[name] ?? session.catalogue.numbers[name].example, maxlength: "100",
+  const number = (name, chain, examples, wanted = false) => field(`drive.${name}`, h("input", {
+    type: "text", id: `drive-${name}`, "aria-required": wanted ? "true" : null, value: chain[name] ?? "", placeholder: examples[name] ?? session.catalogue.numbers[name].example, maxlength: "100",
     onchange: (event) => put(name, event.target.value.trim()),
-  }), session.catalogue.numbers[name].doc);
+  }), [wanted && t("drive.needed"), term(`drive.${name.replace(/^(rated|standstill|peak)_.*/, "base")}.doc`, session.catalogue.numbers[name].doc)].filter(Boolean).join(" "));
+
+  // What a chain lacks, in the words of the form instead of those of a file.
+  function refusal(error) {
+    const [, missing] = /, and (\w+) is missing: write/.exec(error) ?? [];
+    if (missing) return t("drive.missing", { number: t(`drive.${missing}`) });
+    return error.replace(/^drive\.(\w+): /, (_, name) => `${t(`drive.${name}`)}: `);
+  }
 
   function chainText(chain, convention) {
     const names = Object.keys(session.catalogue.numbers).filter((name) => chain[name] && session.catalogue.numbers[name].acting);
-    const parts = [chain.signal || convention?.meaning, ...names.map((name) => `${t(`drive.${name}`)} ${chain[name]}`), t("channel.force")];
+    const parts = [(chain.signal && term(`signal.${chain.signal}`, chain.signal)) || convention?.meaning, ...names.map((name) => `${t(`drive.${name}`)} ${chain[name]}`), t("channel.force")];
     return h("ol", { class: "chain" }, parts.filter(Boolean).map((part) => h("li", {}, part)));
   }
 
-  return function draw(state, open = false) {
+  return function draw(state, open = Boolean(state.drive.error)) {
     const chain = state.choices.drive;
     const convention = session.catalogue.drives.find(({ name }) => name === chain.convention);
     const first = needed(chain, convention);
@@ -42,21 +49,21 @@ export function driveForm(place) {
     const begun = Object.keys(chain).length > 0;
     const opened = place.querySelector("details")?.open;
     const opened2 = place.querySelector("details details")?.open;
-    fill(place, h("details", { open: opened || begun || open || null, class: "drive" }, h("summary", {}, t("axis.drive")),
+    fill(place, h("details", { open: opened || open || null, class: "drive" }, h("summary", {}, t("axis.drive")),
       h("p", { class: "note" }, t("axis.drive.hint")),
       h("div", { class: "fields" },
         field("axis.convention", menu([["", t("axis.no_convention")], ...session.catalogue.drives.map(({ name, drives, object }) => [name, `${drives}: ${object}`])], chain.convention ?? "",
           (value) => attempt(() => change({ drive: value ? { convention: value } : {} })), { id: "drive-convention" }), convention ? [convention.meaning, convention.note].filter(Boolean).join("; ") : ""),
-        !convention && field("axis.signal", h("input", { type: "text", id: "drive-signal", list: "signals", value: chain.signal ?? "", placeholder: "% of rated torque", maxlength: "60", onchange: (event) => put("signal", event.target.value.trim()) }), t("axis.signal.hint")),
-        h("datalist", { id: "signals" }, SIGNALS.map((signal) => h("option", { value: signal }))),
-        (begun ? [...first, ...usual] : []).map((name) => number(name, chain, examples))),
+        !convention && field("axis.signal", menu([["", "–"], ...[...new Set([...SIGNALS, chain.signal ?? SIGNALS[0]])].map((signal) => [signal, term(`signal.${signal}`, signal)])], chain.signal ?? "",
+          (value) => put("signal", value), { id: "drive-signal" }), t("axis.signal.hint")),
+        (begun ? [...first, ...usual] : []).map((name) => number(name, chain, examples, first.includes(name)))),
       begun && h("details", { open: opened2 || null }, h("summary", {}, t("axis.drive.more")), h("div", { class: "fields" },
         rest.map((name) => number(name, chain, examples)),
         field("drive.side", menu([["", t("drive.axis")], ["motor", t("drive.motor")]], chain.side ?? "", (value) => put("side", value), { id: "drive-side" }), t("drive.side.hint")),
         field("drive.motion", menu([["", t("drive.axis")], ["motor", t("drive.motor")]], chain.motion ?? "", (value) => put("motion", value), { id: "drive-motion" }), t("drive.motion.hint")),
         h("label", { class: "check" }, h("input", { type: "checkbox", id: "drive-reversed", checked: chain.reversed === true, onchange: (event) => put("reversed", event.target.checked) }), t("drive.reversed")))),
       begun && chainText(chain, convention),
-      begun && h("p", { class: state.drive.error ? "state warn" : "note", role: "status" }, state.drive.error || state.drive.sentence)));
+      begun && h("p", { class: state.drive.error ? "state warn" : "note", role: "status" }, state.drive.error ? refusal(state.drive.error) : state.drive.sentence)));
     if (focused) document.getElementById(focused)?.focus();
   };
 }

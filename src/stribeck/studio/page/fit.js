@@ -1,7 +1,8 @@
 // Step 4: ranges dragged on the plot, law and method, and the search as it goes.
 
-import { change, get, post, rigNamed, session } from "./api.js";
+import { change, fitNumber, get, post, rigNamed, session } from "./api.js";
 import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
+import { pointed, rigTitle } from "./logs.js";
 import { Lines, judge, panels, rangeTools, unjudged } from "./look.js";
 import { attempt, go } from "./main.js";
 import { figure, timePlot } from "./plot.js";
@@ -39,10 +40,11 @@ export function fitStep() {
       const modes = ["train", "holdout", "zoom"];
       fill(plot, h("fieldset", { class: "pick" }, h("legend", {}, t("fit.drag")), modes.map((name) => h("label", { class: "check" },
         h("input", { type: "radio", name: "mode", value: name, checked: name === mode, onchange: () => { mode = name; } }), t(`fit.${name}`)))),
-      rangeTools(lines), ...panels(lines, overview, { only: "position", bands: () => chosenBands(), onrange: (from, to) => {
+      rangeTools(lines, "fit.keys"), ...panels(lines, overview, { only: "position", bands: () => chosenBands(), onrange: (from, to) => {
         if (mode === "zoom") attempt(() => lines.show(from, to));
         else attempt(() => change((choices) => ({ [mode]: [...choices[mode], `${round(from)}s:${round(to)}s`] })));
       } }));
+      drawRanges(session.state);
       const judged = await get("/logs/0/overview");
       if (key === now) await judge(lines, judged);
     } catch (error) {
@@ -66,8 +68,16 @@ export function fitStep() {
     lines?.plots.forEach((each) => each.plot.redraw());
     fill(ranges, h("div", { class: "fields" }, ["train", "holdout"].map((name) => field(`fit.${name}`, h("input", {
       type: "text", id: `fit-${name}`, value: state.choices[name].join("; "), placeholder: name === "train" ? t("fit.everything") : t("fit.nothing"),
-      onchange: (event) => attempt(() => change({ [name]: event.target.value.split(/[;,]/).map((part) => part.trim()).filter(Boolean) })),
-    }), t(`fit.${name}.hint`)))));
+      onchange: (event) => attempt(() => change({ [name]: pointed(event.target.value).split(/[;,]/).map((part) => part.trim()).filter(Boolean) })),
+    }), t(`fit.${name}.hint`)))), ...beyond(state));
+  }
+
+  // Ranges of time that begin when the log is over.
+  function beyond(state) {
+    if (!lines) return [];
+    const [first, last] = lines.overview.span;
+    const late = [...state.choices.train, ...state.choices.holdout].filter((text) => Number(TIMES.exec(text.replaceAll(" ", ""))?.[1] ?? 0) >= last - first);
+    return late.map((range) => h("p", { class: "state warn", role: "status" }, t("fit.beyond", { range, seconds: number(last - first, 4) })));
   }
 
   function drawForm(state) {
@@ -82,20 +92,23 @@ export function fitStep() {
     const law = choices.law || rig?.laws[0];
     const open = form.querySelector("details")?.open;
     fill(form, h("div", { class: "fields" },
-      field("fit.law", menu([["", `${t("default")}: ${rig?.laws[0]}`], ...laws.map((name) => [name, name])], choices.law, (value) => attempt(() => change({ law: value }))), session.catalogue.laws[law]?.doc ?? ""),
+      field("fit.law", menu([["", `${t("default")}: ${rig?.laws[0]}`], ...laws.map((name) => [name, name])], choices.law, (value) => attempt(() => change({ law: value })), { id: "fit-law" }), session.catalogue.laws[law]?.doc ?? ""),
       h("label", { class: "check" }, h("input", { type: "checkbox", checked: choices.directional, onchange: (event) => attempt(() => change({ directional: event.target.checked })) }), t("fit.directional"))),
     h("details", { open: open || null }, h("summary", { id: "fit-more" }, t("fit.more")), h("div", { class: "fields" },
       searched && field("fit.method", menu([["", `${t("default")}: mbts`], ...Object.keys(session.catalogue.methods).map((name) => [name, name])], choices.method, (value) => attempt(() => change({ method: value })))),
       searched && field("fit.seed", h("input", { type: "number", min: "0", step: "1", value: choices.seed ?? "", placeholder: "0", onchange: put("seed", true) })),
       searched && field("fit.repeats", h("input", { type: "number", id: "fit-repeats", min: "1", step: "1", value: choices.repeats ?? "", placeholder: "3", onchange: put("repeats", true) })),
       searched && field("fit.budget", h("input", { type: "number", id: "fit-budget", min: "1", step: "1", value: choices.budget ?? "", placeholder: "8000", onchange: put("budget", true) })),
-      searched && field("fit.loss", menu([["squares", "squares"], ["absolute", "absolute"]], choices.loss, (value) => attempt(() => change({ loss: value })))),
-      searched && field("fit.breakaway", menu(["auto", "common", "scattered"].map((name) => [name, t(`breakaway.${name}`)]), choices.breakaway, (value) => attempt(() => change({ breakaway: value })))),
-      !searched && field("fit.velocity", menu(["auto", "recorded", "position"].map((name) => [name, t(`velocity.${name}`)]), choices.velocity, (value) => attempt(() => change({ velocity: value })))),
+      searched && field("fit.loss", menu([["squares", "squares"], ["absolute", "absolute"]], choices.loss, (value) => attempt(() => change({ loss: value })), { id: "fit-loss" })),
+      searched && field("fit.breakaway", menu(["auto", "common", "scattered"].map((name) => [name, t(`breakaway.${name}`)]), choices.breakaway, (value) => attempt(() => change({ breakaway: value })), { id: "fit-breakaway" })),
+      !searched && field("fit.velocity", menu(["auto", "recorded", "position"].map((name) => [name, t(`velocity.${name}`)]), choices.velocity, (value) => attempt(() => change({ velocity: value })), { id: "fit-velocity" })),
       ["fixed", "bounds"].map((name) => field(`fit.${name}`, h("input", { type: "text", id: `fit-${name}`, value: typed(choices[name]), maxlength: "300", placeholder: name === "fixed" ? "offset=0" : "F_C=1:40",
         onchange: (event) => attempt(() => change({ [name]: pairs(event.target.value) })) }), t(`fit.${name}.hint`))),
-      field("fit.delay", h("input", { type: "text", value: choices.delay, maxlength: "40", onchange: put("delay") }), t("fit.delay.hint")))),
-    h("p", {}, button("fit.run", () => attempt(() => post("/jobs", { kind: "identify" })), { class: "main", id: "run" }), " ",
+      field("fit.delay", h("input", { type: "text", id: "fit-delay", value: choices.delay, maxlength: "40", onchange: put("delay") }), t("fit.delay.hint")))),
+    h("p", {}, button("fit.run", () => attempt(async () => {
+      await post("/jobs", { kind: "identify" });
+      jobs.querySelector(".job")?.scrollIntoView({ block: "center" }); // what was asked for is below the fold
+    }), { class: "main", id: "run" }), " ",
       h("span", { class: "note", role: "status", id: "duration" })));
   }
 
@@ -157,7 +170,7 @@ function jobView(first) {
   const line = h("p", { role: "status" });
   const tools = h("p");
   const picture = h("div");
-  const element = h("article", { class: "job" }, h("h3", {}, `${t("fit.one", { number: first.id })}: ${first.law}, ${first.rig}`), line, tools, picture);
+  const element = h("article", { class: "job" }, h("h3", {}, `${t("fit.one", { number: fitNumber(first.id) })}: ${first.law} · ${rigTitle(first.rig)}`), line, tools, picture);
   let drawn = null;
 
   function update(job) {
@@ -193,7 +206,7 @@ function jobView(first) {
       fill(picture, drawn, h("div"));
     }
     drawn.plot?.setData([data.t, data.measured, data.model]);
-    fill(picture.lastElementChild, table(t("fit.repeats"), [t("fit.repeat"), t("fit.evaluations"), "J", t("fit.ended")],
+    fill(picture.lastElementChild, table(t("fit.repeats"), [t("fit.repeat"), t("fit.evaluations"), t("fit.error", { unit: data.unit }), t("fit.ended")],
       repeats.map((r, k) => row(String(k + 1), r.evaluations, number(r.best), r.ended))));
   }
 

@@ -1,7 +1,7 @@
 // Step 1: logs, and which column is which channel.
 
 import { address, ask, change, get, post, session, settle } from "./api.js";
-import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
+import { button, field, fill, h, menu, number, onward, row, t, table, term } from "./dom.js";
 import { driveForm } from "./drive.js";
 import { attempt, go, tell } from "./main.js";
 
@@ -15,6 +15,13 @@ const UNITS = {
 // What a refusal proposes to type, which the table does here, or a button.
 const ADVICE = /: (?:say|map it|write a \[drive\]) .*/;
 const PROPOSED = /(\w+) ?= ?"([^"]+)"/;
+// What the readers say of a log that cannot be read yet, and the same in the words of the page.
+const LACKS = [
+  [/^column (?<column>.+) is in (?<unit>\S+), which does not say of what/, "lacks.share"],
+  [/^column (?<column>.+) has no unit/, "lacks.unit"],
+  [/^columns? (?<columns>.+) without a unit/, "lacks.units"],
+  [/^no (?<channel>\w+) column among /, "lacks.channel"],
+];
 const WORDS = ["joint", "rate", "time_unit", "stamp", "episode", "subtract"];
 
 export async function upload(files) {
@@ -42,10 +49,13 @@ async function dropped(items) {
   return files;
 }
 
-export function logsStep() {
-  const list = h("div");
-  const channels = h("div", { id: "channels" });
-  const input = h("input", { type: "file", multiple: true, id: "files", onchange: (event) => attempt(() => upload(event.target.files)) });
+// Where files are dropped, or chosen: all of it is the control.
+export function dropZone(id, words, use) {
+  const input = h("input", { type: "file", multiple: true, id, "aria-describedby": `${id}-hint`, onchange: (event) => attempt(async () => {
+    const files = [...event.target.files];
+    event.target.value = ""; // so that the same file can be chosen again, once it was undone
+    await use(files);
+  }) });
   const zone = h("div", {
     class: "drop",
     ondragover: (event) => { event.preventDefault(); zone.classList.add("over"); },
@@ -53,12 +63,24 @@ export function logsStep() {
     ondrop: (event) => {
       event.preventDefault();
       zone.classList.remove("over");
-      attempt(async () => upload(await dropped(event.dataTransfer.items)));
+      attempt(async () => use(await dropped(event.dataTransfer.items)));
     },
-  }, h("label", { for: "files" }, t("logs.drop")), input, h("p", { class: "note" }, t("logs.formats")));
+  }, h("label", { for: id }, words), h("span", { class: "choose", "aria-hidden": "true" }, t("logs.browse")), h("p", { class: "note", id: `${id}-hint` }, t("logs.formats")), input);
+  return zone;
+}
+
+// The name of a kind of axis, as people say it.
+export const rigTitle = (name) => term(`rig.${name}`, name);
+// A comma before its decimals as a point: ranges are typed with either.
+export const pointed = (text) => text.replace(/(\d),(\d)/g, "$1.$2");
+
+export function logsStep() {
+  const list = h("div");
+  const channels = h("div", { id: "channels" });
+  const zone = dropZone("files", t("logs.drop"), upload);
   const drive = h("div");
   const drawDrive = driveForm(drive);
-  const next = h("p");
+  const next = onward();
   const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.logs")), h("p", { class: "lead" }, t("logs.lead")), zone, list, channels, drive, next);
   let selected = 0;
   let key = null;
@@ -71,8 +93,8 @@ export function logsStep() {
     let contents = null;
     try { contents = await get(`/logs/${selected}/contents`); } catch (error) {
       if (key !== now) return;
-      fill(channels, h("p", { class: "state warn" }, error.message), words(session.state));
-      drawDrive(session.state);
+      fill(channels, h("div", { class: "state warn", id: "unreadable" }, h("p", {}, error.message), h("p", {}, t("logs.unreadable"))));
+      fill(drive);
       return;
     }
     if (key !== now) return;
@@ -110,18 +132,37 @@ export function logsStep() {
     return Object.keys(columns).length > Object.keys(state.choices.columns).length ? columns : null;
   }
 
+  const named = (all) => Object.entries(all).map(([each, head]) => `${t(`channel.${each}`)} ← ${head}`).join(", ");
+
+  // What a log is read as, and what of it is not taken though its name says what it is.
+  function readAs(contents, state) {
+    const taken = contents.channels.filter((channel) => channel.taken && channel.taken !== "time");
+    const more = Object.entries(guessed(contents, state) ?? {}).filter(([name, head]) => !state.choices.columns[name] && contents.channels.every((channel) => channel.name !== head || !channel.taken));
+    return h("div", { class: "state good", id: "read" },
+      h("p", {}, t("logs.read", { channels: taken.map((channel) => t(`channel.${channel.taken}`)).join(", ") })),
+      more.length > 0 && h("p", {}, button("logs.also", () => attempt(() => change({ columns: { ...state.choices.columns, ...Object.fromEntries(more) } })), { id: "also", class: more.some(([name]) => name === "force" || name === "current") ? "main" : null }), ` ${named(Object.fromEntries(more))}`));
+  }
+
+  function lack(text) {
+    for (const [form, key] of LACKS) {
+      const { groups } = form.exec(text) ?? {};
+      if (groups) return t(key, groups.channel ? { channel: t(`channel.${groups.channel}`) } : groups);
+    }
+    return text;
+  }
+
   function lacking(contents, state) {
     const [advice = ""] = ADVICE.exec(contents.lacking) ?? [];
     const [, name, column] = PROPOSED.exec(advice) ?? [];
     const proposed = !advice.includes("[drive]") && contents.channels.some((channel) => column?.startsWith(channel.name));
     const columns = /\bcolumn\b/.test(contents.lacking) && !advice.includes("[drive]") ? guessed(contents, state) : null;
-    const named = (all) => Object.entries(all).map(([each, head]) => `${t(`channel.${each}`)} ← ${head}`).join(", ");
-    return h("div", { class: "state warn", id: "lacking" }, h("p", {}, advice ? `${contents.lacking.replace(advice, "")}.` : contents.lacking),
-      contents.rig && h("p", {}, button("logs.as_rig", () => attempt(() => change({ rig: contents.rig })), { class: "main", id: "as-rig" }), ` ${t("logs.heads", { rig: contents.rig })}`),
-      columns && h("p", {}, button("logs.guess", () => attempt(() => change({ columns })), { class: "main", id: "guess" }), ` ${named(columns)}`),
+    return h("div", { class: "state warn", id: "lacking" }, h("p", {}, lack(advice ? `${contents.lacking.replace(advice, "")}.` : contents.lacking)),
+      contents.rig && h("p", {}, h("button", { type: "button", class: "main", id: "as-rig", onclick: () => attempt(() => change({ rig: contents.rig })) }, t("logs.as_rig", { rig: rigTitle(contents.rig) })), ` ${t("logs.heads")}`),
+      columns && h("p", {}, button("logs.guess", () => attempt(() => change({ columns })), { class: contents.rig ? null : "main", id: "guess" }), ` ${named(columns)}`),
       !columns && proposed && h("p", {}, h("button", { type: "button", class: "main", id: "proposed", onclick: () => attempt(() => change(({ columns: now }) => ({ columns: { ...now, [name]: column } }))) },
         t("logs.proposed", { column, channel: t(`channel.${name}`) })), ` ${t("logs.or_unit")}`),
-      !columns && advice && !proposed && h("p", {}, t(advice.includes("[drive]") ? "logs.drive" : "logs.choose")));
+      advice.includes("[drive]") && h("p", {}, button("logs.drive", () => document.getElementById("drive-convention")?.focus(), { class: "main", id: "to-drive" })),
+      !columns && advice && !proposed && !advice.includes("[drive]") && h("p", {}, t("logs.choose")));
   }
 
   function contentsView(contents, state) {
@@ -129,13 +170,13 @@ export function logsStep() {
       channel.name,
       unitControl(channel, state),
       number(channel.count, 9), channel.rate ? `${number(channel.rate)} Hz` : "–",
-      menu([["", t("logs.not")], ...CHANNELS.map((c) => [c, t(`channel.${c}`)])], chosenFor(channel, state).name || channel.taken,
+      menu([["", byName(channel, contents, state)], ...CHANNELS.map((c) => [c, t(`channel.${c}`)])], chosenFor(channel, state).name || channel.taken,
         (value) => attempt(() => take(channel, value, chosenFor(channel, state).unit)), { "aria-label": `${channel.name}: ${t("logs.taken")}` }),
-      reason(channel, state)));
+      reason(channel, contents, state)));
     return [
       h("h2", {}, contents.file), h("p", {}, t("logs.format", { format: contents.format })),
-      contents.lacking && lacking(contents, state),
-      contents.problems.length > 0 && h("ul", {}, contents.problems.map((p) => h("li", {}, p))),
+      contents.lacking ? lacking(contents, state) : readAs(contents, state),
+      contents.problems.length > 0 && h("ul", {}, contents.problems.map((p) => h("li", { lang: "en" }, p))),
       contents.kept && h("p", { class: "note" }, t("logs.as_kept")),
       table(t("logs.channels"), [t("logs.column"), t("unit"), t("logs.count"), t("logs.rate"), t("logs.taken"), t("logs.why")], rows),
       Object.entries(UNITS).map(([name, units]) => h("datalist", { id: `units-${name}` }, units.map((unit) => h("option", { value: unit })))),
@@ -144,8 +185,15 @@ export function logsStep() {
     ].flat().filter(Boolean);
   }
 
-  function reason(channel, state) {
+  // What becomes of a column that nobody chooses: what its name and unit say, once the log can be read.
+  function byName(channel, contents, state) {
+    const name = contents.lacking && channel.unit && channel.guesses.find((guess) => !(guess in state.choices.columns));
+    return name ? t("logs.not_yet", { channel: t(`channel.${name}`) }) : t("logs.not");
+  }
+
+  function reason(channel, contents, state) {
     if (chosenFor(channel, state).name) return t("logs.chosen");
+    if (channel.taken && contents.as_rig) return t("logs.by_rig", { rig: rigTitle(contents.as_rig) });
     if (channel.taken) return t("logs.by_name");
     if (channel.guesses.length) return t("logs.may_be", { channels: channel.guesses.map((g) => t(`channel.${g}`)).join(", ") });
     return channel.constant ? t("logs.constant") : "";
@@ -184,8 +232,8 @@ export function logsStep() {
       state.logs.map((log, k) => row(
         h("button", { type: "button", class: "link", "aria-pressed": String(k === selected), onclick: () => { selected = k; update(session.state); } }, log.name),
         `${number(log.size / 1e6, 3)} MB`,
-        h("input", { type: "text", class: "short", placeholder: "10s:40s", value: state.choices.logs[k].window, "aria-label": `${log.name}: ${t("logs.window")}`,
-          onchange: (event) => attempt(() => change(({ logs }) => ({ logs: logs.map((each, i) => (i === k ? { ...each, window: event.target.value.trim() } : each)) }))) }),
+        h("input", { type: "text", class: "short", placeholder: t("logs.window.hint"), value: state.choices.logs[k].window, "aria-label": `${log.name}: ${t("logs.window")}`,
+          onchange: (event) => attempt(() => change(({ logs }) => ({ logs: logs.map((each, i) => (i === k ? { ...each, window: pointed(event.target.value.trim()) } : each)) }))) }),
         button("remove", () => attempt(() => change(({ logs }) => ({ logs: logs.filter((_, i) => i !== k) }))), { "aria-label": `${t("remove")}: ${log.name}` }),
       )))] : []));
     const open = state.steps.find(({ name }) => name === "look");

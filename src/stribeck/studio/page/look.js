@@ -1,7 +1,7 @@
 // Step 2: the log over time, what the gate finds in it, and friction against velocity.
 
 import { get, session } from "./api.js";
-import { button, fill, h, menu, number, row, t, table } from "./dom.js";
+import { button, fill, h, menu, number, onward, row, t, table } from "./dom.js";
 import { attempt, go } from "./main.js";
 import { curvePlot, figure, pointsTable, timePlot } from "./plot.js";
 
@@ -60,7 +60,7 @@ export class Lines {
 }
 
 // Buttons and keys that move the range of some lines.
-export function rangeTools(lines, done = () => {}) {
+export function rangeTools(lines, hint = "look.keys", done = () => {}) {
   const run = (work) => () => attempt(async () => { await work(); done(); });
   return h("div", { class: "pick", role: "toolbar", "aria-label": t("look.range"), onkeydown: (event) => {
     const keys = { ArrowLeft: () => lines.move(-0.25), ArrowRight: () => lines.move(0.25), "+": () => lines.zoom(0.5), "-": () => lines.zoom(2), 0: () => lines.show(...lines.overview.span) };
@@ -68,20 +68,19 @@ export function rangeTools(lines, done = () => {}) {
   } },
   button("look.left", run(() => lines.move(-0.25))), button("look.in", run(() => lines.zoom(0.5))),
   button("look.out", run(() => lines.zoom(2))), button("look.right", run(() => lines.move(0.25))),
-  button("look.all", run(() => lines.show(...lines.overview.span))), h("span", { class: "note hint" }, t("look.keys")));
+  button("look.all", run(() => lines.show(...lines.overview.span))), h("span", { class: "note hint" }, t(hint)));
 }
 
 export function panels(lines, overview, more = {}) {
   const shown = PANELS.map((names) => names.filter((name) => name in overview.channels)).filter((names) => names.length);
   return shown.filter((names) => !more.only || names.includes(more.only)).map((names) => {
     const unit = overview.channels[names[0]];
-    const label = `${t(`channel.${names[0]}`)} / ${unit}`;
     return figure(t(`channel.${names[0]}`), t("look.alt", { names: names.map((n) => t(`channel.${n}`)).join(", ") }),
       names.includes("position") ? 300 : 190, (place, width, height) => {
         const plot = timePlot(place, width, height, {
           data: [lines.data.t, ...names.map((name) => lines.data.lines[name])],
           series: names.map((name) => ({ label: t(`channel.${name}`), colour: COLOURS[name], width: breadth(lines.data), dash: name === "command" ? [5, 4] : undefined })),
-          label, bands: () => bands(overview, more.bands), marks: () => (names.includes("position") ? marks(overview) : []),
+          label: unit, bands: () => bands(overview, more.bands), marks: () => (names.includes("position") ? marks(overview) : []),
           onrange: more.onrange ?? ((from, to) => attempt(() => lines.show(from, to))),
         });
         plot.over.addEventListener("dblclick", () => attempt(() => lines.show(...overview.span)));
@@ -136,11 +135,12 @@ export function lookStep() {
       (value) => { selected = Number(value); draw(session.state); }, { "aria-label": t("logs.file") })] : []));
     const place = h("div");
     const judged = h("div", {}, h("p", { class: "note", role: "status" }, t("look.judging")));
+    const found = h("span", { class: "note" });
     fill(view, h("p", { class: "note", role: "status" }, t("look.reading")));
     try {
       const outline = await get(`/logs/${selected}/outline`);
       if (key !== now) return;
-      fill(view, place, judged, h("p", {}, button("next.axis", () => go("axis"), { class: "main", id: "next" })));
+      fill(view, place, judged, onward(button("next.axis", () => go("axis"), { class: "main", id: "next" }), found));
       const lines = outline.span && new Lines(selected, unjudged(outline));
       const plots = h("div");
       const drawPlots = () => fill(plots, ...panels(lines, lines.overview));
@@ -152,9 +152,11 @@ export function lookStep() {
       const overview = await get(`/logs/${selected}/overview`);
       if (key !== now) return;
       if (lines) await judge(lines, overview, drawPlots);
+      const { length } = overview.findings;
+      fill(found, length ? t("look.some", { count: length }) : t("look.clean"));
       fill(judged, summary(overview), lines && findings(overview, lines), lines && await cloud(lines), quality(overview));
     } catch (error) {
-      if (key === now) fill(view, h("p", { class: "state warn" }, error.message));
+      if (key === now) fill(view, h("p", { class: "state warn" }, error.message), h("p", {}, button("look.back", () => go("logs"), { class: "main" })));
     }
   }
 

@@ -1,10 +1,10 @@
 // The page: its head, its steps, and the step that its address names.
 
-import { ask, follow, listen, post, session, settle } from "./api.js";
+import { ask, called, follow, listen, post, session, settle } from "./api.js";
 import { button, fill, h, menu, speak, t } from "./dom.js";
 import { axisStep } from "./axis.js";
 import { fitStep } from "./fit.js";
-import { logsStep } from "./logs.js";
+import { dropZone, logsStep, upload } from "./logs.js";
 import { lookStep } from "./look.js";
 import { outStep } from "./out.js";
 import { verdictStep } from "./verdict.js";
@@ -56,7 +56,7 @@ function drawHead() {
   const state = session.state;
   fill(place("head"), h("div", { class: "bar" },
     h("a", { href: "/", class: "home" }, "stribeck studio"),
-    h("span", { class: "session" }, state ? state.name || t("session.unnamed") : ""),
+    h("span", { class: "session" }, state ? called(state) || t("session.unnamed") : ""),
     h("div", { class: "tools" },
       state && button("undo", () => attempt(() => post("/undo")), { disabled: !state.undo, "aria-keyshortcuts": "Control+Z" }),
       state && button("redo", () => attempt(() => post("/redo")), { disabled: !state.redo, "aria-keyshortcuts": "Control+Y" }),
@@ -64,13 +64,13 @@ function drawHead() {
         language = value;
         localStorage.setItem("language", value);
         await speak(value);
-        render(true);
+        redraw();
       }, { "aria-label": t("language") }),
       button(isDark() ? "theme.light" : "theme.dark", () => {
         const next = isDark() ? "light" : "dark";
         localStorage.setItem("theme", next);
         theme(next);
-        render(true);
+        redraw();
       }))));
   document.querySelector(".skip").textContent = t("skip");
   document.querySelector(".skip").href = "#main";
@@ -83,8 +83,8 @@ function drawSteps() {
     const words = `${k + 1} ${t(`step.${name}`)}`;
     if (lock) {
       const reason = `${t(lock)}${detail ? `: ${detail}` : ""}`;
-      return h("li", { class: "locked", title: reason }, h("span", { "aria-disabled": "true" }, words),
-        h("span", { class: "hidden" }, `, ${t("locked")}: ${reason}`));
+      return h("li", { class: "locked", title: reason }, h("button", { type: "button", "aria-disabled": "true", onclick: () => tell(`${t(`step.${name}`)}: ${reason}.`, "error") },
+        words, h("span", { class: "hidden" }, `, ${t("locked")}: ${reason}`)));
     }
     return h("li", {}, h("a", {
       href: `/s/${state.id}/${name}`, "aria-current": name === step ? "step" : null,
@@ -112,7 +112,7 @@ function render(anew = false) {
   const main = place("main");
   if (!session.state) return;
   const entry = session.state.steps.find(({ name }) => name === step);
-  document.title = `${t(`step.${step}`)} – ${session.state.name || "stribeck studio"}`;
+  document.title = `${t(`step.${step}`)} – ${called(session.state) || "stribeck studio"}`;
   const key = `${step}/${entry.lock}/${entry.detail}`;
   if (!anew && shown?.key === key) { shown.update(session.state); return; }
   shown?.end?.();
@@ -123,6 +123,16 @@ function render(anew = false) {
   fill(main, view.element);
 }
 
+const redraw = () => (session.state ? render(true) : open());
+
+// A new session, with logs where some were dropped.
+async function begin(name, files = []) {
+  const { id } = await ask("POST", "/api/sessions", { name });
+  history.pushState(null, "", `/s/${id}/logs`);
+  await open();
+  await upload(files);
+}
+
 async function home() {
   const main = place("main");
   session.state = null;
@@ -130,18 +140,15 @@ async function home() {
   fill(place("steps"));
   document.title = "stribeck studio";
   const sessions = await ask("GET", "/api/sessions");
-  const name = h("input", { id: "name", type: "text", maxlength: "100" });
+  const name = h("input", { id: "name", type: "text", maxlength: "100", placeholder: t("session.name.hint") });
   fill(main, h("section", {},
     h("h1", { tabindex: "-1" }, t("home.title")), h("p", { class: "lead" }, t("home.lead")),
-    h("form", { class: "fields", onsubmit: (event) => {
+    dropZone("first-files", t("home.drop"), (files) => begin(name.value, files)),
+    h("form", { class: "begin", onsubmit: (event) => {
       event.preventDefault();
-      attempt(async () => {
-        const { id } = await ask("POST", "/api/sessions", { name: name.value });
-        history.pushState(null, "", `/s/${id}/logs`);
-        await open();
-      });
+      attempt(() => begin(name.value));
     } }, h("div", { class: "field" }, h("label", { for: "name" }, t("session.name")), name),
-    h("button", { type: "submit", class: "main" }, t("session.new"))),
+    h("button", { type: "submit" }, t("session.new"))),
     sessions.length > 0 && h("h2", {}, t("session.all")),
     h("ul", { class: "plain" }, sessions.map((entry) => h("li", {},
       h("a", { href: `/s/${entry.id}/logs` }, entry.name || t("session.unnamed")), " ",

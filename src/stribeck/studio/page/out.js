@@ -1,8 +1,9 @@
 // Step 6: exports with what they lose, the compensation check, and the commands that do the same.
 
-import { address, ask, change, get, post, session } from "./api.js";
+import { address, ask, change, fitNumber, get, post, session } from "./api.js";
 import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
-import { attempt, tell } from "./main.js";
+import { rigTitle } from "./logs.js";
+import { attempt, go, tell } from "./main.js";
 
 const fits = (state) => state.jobs.filter((job) => job.kind === "identify" && job.state === "done");
 
@@ -25,7 +26,7 @@ export function outStep() {
     const put = (name) => (event) => { options = { ...options, [name]: event.target.value.trim() }; show(); };
     const chosen = target();
     fill(form, h("div", { class: "fields" },
-      field("verdict.fits", menu(fits(session.state).map((job) => [String(job.id), `${job.id}: ${job.law}, ${job.rig}`]), String(fit), (value) => { fit = Number(value); show(); })),
+      field("out.fit", menu(fits(session.state).map((job) => [String(job.id), `${fitNumber(job.id)}: ${job.law} · ${rigTitle(job.rig)}`]), String(fit), (value) => { fit = Number(value); show(); })),
       field("out.target", menu(session.catalogue.targets.map(({ name, doc }) => [name, `${name}: ${doc}`]), options.to, (value) => {
         options = { to: value };
         into = null;
@@ -51,17 +52,28 @@ export function outStep() {
   async function show() {
     const number_ = ++asked;
     try {
-      const answer = await get(`/jobs/${fit}/export?${query()}`);
+      const [answer, doubts] = await Promise.all([get(`/jobs/${fit}/export?${query()}`), caution(fit)]);
       if (number_ !== asked) return;
-      fill(result, 
+      fill(result, doubts,
         answer.notes.length > 0 && h("div", { class: "state warn" }, h("h2", {}, t("out.lost")), h("ul", {}, answer.notes.map((note) => h("li", {}, note)))),
-        h("p", {}, h("a", { class: "download", href: address(`/jobs/${fit}/export?${query({ save: 1 })}`), download: answer.download }, t("out.download", { file: answer.download }))),
+        h("p", {}, h("a", { class: "download", href: address(`/jobs/${fit}/export?${query({ save: 1 })}`), download: answer.download }, t("out.download", { file: answer.download })),
+          " ", h("a", { href: address(`/jobs/${fit}/files/report.html`), target: "_blank", rel: "noopener" }, t("out.report"))),
         ...Object.entries(answer.files).map(([name, text]) => h("details", { open: text.length > 0 && Object.keys(answer.files).length === 1 },
           h("summary", {}, `${name} (${number(answer.sizes[name] / 1000, 3)} kB)`), text ? h("pre", { tabindex: "0" }, text) : h("p", {}, t("out.binary")))));
     } catch (error) {
       if (number_ === asked) fill(result, h("p", { class: "state warn" }, error.message));
     }
     drawScripts();
+  }
+
+  // Parameters that the data do not tell: code that compensates with them does what nobody has measured.
+  async function caution(number) {
+    const { law, parameters, warnings } = await get(`/jobs/${number}/result`);
+    const own = session.catalogue.laws[law]?.parameters ?? parameters; // of the law alone is the code
+    const doubtful = Object.entries(parameters).filter(([name, p]) => name in own && (p.verdict === "not identifiable" || p.verdict === "weak")).map(([name]) => name);
+    if (!doubtful.length) return null;
+    return h("div", { class: "state warn", id: "caution" }, h("p", {}, t("out.caution", { names: doubtful.join(", ") })),
+      warnings.length > 0 && h("p", {}, button("out.why", () => go("verdict"))));
   }
 
   function drawCheck(state) {
@@ -72,7 +84,7 @@ export function outStep() {
     fill(check, h("h2", {}, t("out.compensation")), h("p", {}, t("out.compensation.lead")),
       h("p", {}, button("out.check", () => attempt(() => post("/jobs", { kind: "compensate", parent: fit })))),
       ...jobs.map((job) => h("article", { class: "job" },
-        h("h3", {}, [t("fit.one", { number: job.parent }), t(`state.${job.state}`), job.state === "running" ? job.progress.task ?? "" : "", job.message].filter(Boolean).join("; ")),
+        h("h3", {}, [t("fit.one", { number: fitNumber(job.parent) }), t(`state.${job.state}`), job.state === "running" ? job.progress.task ?? "" : "", job.message].filter(Boolean).join("; ")),
         (job.state === "running" || job.state === "waiting") && button("cancel", () => attempt(() => post(`/jobs/${job.id}/cancel`))),
         job.state === "done" && [h("img", { src: address(`/jobs/${job.id}/files/compensation.png`), alt: t("out.compensation.alt"), class: "wide" }),
           h("p", {}, h("a", { href: address(`/jobs/${job.id}/files/compensation.json?save=1`) }, t("out.compensation.file")))])));
@@ -81,7 +93,8 @@ export function outStep() {
   async function drawScripts() {
     const answer = await get("/script");
     const exported = `stribeck export result/card.json --to ${options.to}${options.set ? ` --set ${options.set}` : ""} --out ${options.name || "friction"}`;
-    fill(scripts, h("h2", {}, t("out.scripts")), h("p", {}, t("out.scripts.lead")),
+    const stopped = session.state.jobs.find((job) => job.id === fit)?.cancelled;
+    fill(scripts, h("h2", {}, t("out.scripts")), h("p", {}, t(stopped ? "out.scripts.stopped" : "out.scripts.lead")),
       copy(t("out.command"), `${answer.command}\n${exported}`), ...Object.entries(answer.files).map(([name, text]) => copy(name, text)), copy("Python", answer.python));
   }
 

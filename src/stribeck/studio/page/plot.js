@@ -108,6 +108,7 @@ export function curvePlot(place, width, height, { data, series, xlabel, label, b
     cursor: { drag: { x: true, y: true, uni: 20 } },
     scales: { x: { time: false } },
     legend: { show: true, live: false },
+    hooks: { init: [(plot) => plot.root.querySelectorAll(".u-series").forEach((line, k) => { line.hidden = !series[k].label; })] },
     axes: [axis(xlabel, { size: 36 }), axis(label)],
     series: [{ label: xlabel }, ...series.map((line) => ({
       label: line.label, stroke: line.line === false ? undefined : colour(line.colour), width: line.width ?? 2, dash: line.dash, spanGaps: true,

@@ -1,12 +1,16 @@
 // Step 5: what is known of the axis; fits side by side; which law, and what to record next.
 
-import { address, change, get, post, rigNamed, session } from "./api.js";
-import { button, field, fill, h, number, row, t, table } from "./dom.js";
+import { address, change, fitNumber, get, post, rigNamed, session } from "./api.js";
+import { button, field, fill, h, number, onward, printed, row, t, table, term } from "./dom.js";
+import { rigTitle } from "./logs.js";
 import { attempt, go } from "./main.js";
 import { curvePlot, figure, joined, pointsTable, timePlot } from "./plot.js";
 
 const PALETTE = ["model", "accent", "repeat2", "repeat3", "repeat4", "repeat5"];
 const chips = { identified: "identified", weak: "weak", "not identifiable": "not", fixed: "fixed" };
+
+// Options that a warning names, and the field of step 4 that is each.
+const FIELDS = { train: "fit-train", holdout: "fit-holdout", set: "fit-fixed", bounds: "fit-bounds", velocity: "fit-velocity", delay: "fit-delay", law: "fit-law", budget: "fit-budget", repeats: "fit-repeats", breakaway: "fit-breakaway", loss: "fit-loss" };
 
 const fits = (state) => state.jobs.filter((job) => job.kind === "identify" && job.state === "done");
 
@@ -14,7 +18,7 @@ export function verdictStep() {
   const chooser = h("div");
   const body = h("div");
   const further = h("div");
-  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.verdict")), chooser, body, further);
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.verdict")), chooser, body, further, onward(button("next.out", () => go("out"), { class: "main", id: "next" })));
   let key = null;
   let wanted = null; // ids of the fits that are shown; the last one until the person chooses
   let all = [];
@@ -40,20 +44,30 @@ export function verdictStep() {
         const ids = shown().map(({ job }) => job);
         wanted = event.target.checked ? [...ids, fit.job] : ids.filter((id) => id !== fit.job);
         drawBody();
-      } }), `${fit.job}: ${fit.law}, ${fit.rig} (${number(fit.objective.value, 3)} ${fit.objective.unit})`))));
+      } }), `${fitNumber(fit.job)}: ${fit.law} · ${rigTitle(fit.rig)} (${number(fit.objective.value, 3)} ${fit.objective.unit})`))));
     drawBody();
   }
 
   async function drawBody() {
     const chosen = shown();
     if (!chosen.length) { fill(body, h("p", {}, t("verdict.choose"))); return; }
-    const parts = [tiles(chosen), parameters(chosen), curves(chosen), ...chosen.map((fit) => told(fit, chosen.length > 1))];
+    const several = chosen.length > 1;
+    const parts = [...chosen.map((fit) => headline(fit, several)), tiles(chosen), parameters(chosen), ...chosen.map((fit) => told(fit, several)), curves(chosen)];
     fill(body, ...parts.filter(Boolean), await motions(chosen), links(chosen));
+  }
+
+  // What may be done with a fit, in a sentence.
+  function headline(fit, several) {
+    const all = Object.values(fit.parameters).filter((p) => p.verdict !== "fixed");
+    const some = all.filter((p) => p.verdict === "identified").length;
+    const key = some === all.length ? (fit.warnings.length ? "all_but" : "all") : some ? "some" : "none";
+    return h("p", { class: `state ${some === all.length ? "good" : "warn"}`, id: several ? null : "headline" },
+      several && h("strong", {}, `${t("fit.one", { number: fitNumber(fit.job) })}: `), t(`headline.${key}`, { some, all: all.length, warnings: fit.warnings.length }));
   }
 
   function tiles(chosen) {
     return h("div", {}, chosen.map((fit) => h("dl", { class: "tiles" },
-      tile(`${t("verdict.misfit")}${chosen.length > 1 ? `, ${fit.job}` : ""}`, `${number(fit.objective.value, 3)} ${fit.objective.unit}`),
+      tile(`${t(fit.objective.unit === "%" ? "verdict.misfit.force" : "verdict.misfit")}${chosen.length > 1 ? `, ${fitNumber(fit.job)}` : ""}`, `${number(fit.objective.value, 3)} ${fit.objective.unit}`),
       fit.holdout.map((each) => tile(`${t("fit.holdout")} ${each.range}`, `${number(each.value, 3)} ${each.unit}`)),
       tile(t("verdict.known"), t("verdict.of", {
         some: Object.values(fit.parameters).filter((p) => p.verdict === "identified").length,
@@ -65,15 +79,17 @@ export function verdictStep() {
 
   function parameters(chosen) {
     const names = [...new Set(chosen.flatMap((fit) => Object.keys(fit.parameters)))];
-    const heads = [t("verdict.parameter"), ...chosen.flatMap((fit) => {
-      const of = chosen.length > 1 ? ` ${fit.job}` : "";
+    const docs = Object.assign({}, ...chosen.flatMap((fit) => [session.catalogue.laws[fit.law]?.parameters, rigNamed(fit.rig)?.parameters]));
+    const heads = [t("verdict.parameter"), t("meaning"), ...chosen.flatMap((fit) => {
+      const of = chosen.length > 1 ? ` ${fitNumber(fit.job)}` : "";
       return [`${t("value")}${of}`, t("unit"), `95 %${of}`, `${t("verdict.verdict")}${of}`];
     })];
-    return table(t("verdict.parameters"), heads, names.map((name) => row(name, ...chosen.flatMap((fit) => {
+    return table(t("verdict.parameters"), heads, names.map((name) => row(name, term(`parameter.${name}`, docs[name]?.doc ?? ""), ...chosen.flatMap((fit) => {
       const p = fit.parameters[name];
       if (!p) return ["–", "", "", ""];
       const interval = p.low === null || p.low === undefined ? "–" : `${number(p.low)} … ${number(p.high)}`;
-      return [number(p.value, 5), p.unit, interval, h("span", {}, h("span", { class: `chip ${chips[p.verdict] ?? ""}` }, p.verdict), p.reason && ` ${p.reason}`, p.borderline && ` (${t("verdict.borderline")})`)];
+      const why = p.reason && p.verdict !== "identified" ? ` ${term(`because.${p.reason}`, p.reason)}` : "";
+      return [number(p.value, 5), printed(p.unit), interval, h("span", {}, h("span", { class: `chip ${chips[p.verdict] ?? ""}` }, t(`known.${p.verdict}`)), why, p.borderline && ` (${t("verdict.borderline")})`)];
     }))));
   }
 
@@ -84,13 +100,13 @@ export function verdictStep() {
     const bands = [];
     chosen.forEach((fit, k) => {
       const colour = PALETTE[k % PALETTE.length];
-      const name = `${fit.job}: ${fit.law}`;
+      const name = `${fitNumber(fit.job)}: ${fit.law}`;
       if (fit.friction.cloud_velocity.length) add(fit.friction.cloud_velocity, fit.friction.cloud_friction, { label: t("verdict.implied"), colour: "measured", line: false, points: true, size: 2 });
       fit.friction.curve.forEach((side, i) => {
-        add(side.velocity, side.friction, { label: i ? `${name} ` : name, colour });
+        add(side.velocity, side.friction, { label: i ? "" : name, colour });
         if (side.low) {
-          add(side.velocity, side.high, { label: `${name} +`, colour, width: 0.6 });
-          add(side.velocity, side.low, { label: `${name} −`, colour, width: 0.6 });
+          add(side.velocity, side.high, { label: "", colour, width: 0.6 });
+          add(side.velocity, side.low, { label: i ? "" : t("verdict.band"), colour, width: 0.6 });
           bands.push({ high: series.length - 1, low: series.length, colour });
         }
       });
@@ -109,11 +125,26 @@ export function verdictStep() {
   }
 
   function told(fit, several) {
-    const of = several ? ` ${fit.job}` : "";
+    const of = several ? ` ${fitNumber(fit.job)}` : "";
     return h("div", {},
-      fit.warnings.length > 0 && h("div", { class: "state warn" }, h("h2", {}, `${t("verdict.warnings")}${of}`), h("ul", {}, fit.warnings.map((w) => h("li", {}, w))),
-        fit.warnings.some((w) => / --\w|\(--\w/.test(w)) && h("p", { class: "note" }, t("verdict.options"))),
-      fit.notes.length > 0 && h("details", {}, h("summary", {}, `${t("verdict.notes")}${of}`), h("ul", {}, fit.notes.map((n) => h("li", {}, n)))));
+      fit.warnings.length > 0 && h("div", { class: "state warn" }, h("h2", {}, `${t("verdict.warnings")}${of}`), h("ul", {}, fit.warnings.map((w) => h("li", { lang: "en" }, w, ...ways(w))))),
+      fit.notes.length > 0 && h("details", {}, h("summary", {}, `${t("verdict.notes")}${of}`), h("ul", {}, fit.notes.map((n) => h("li", { lang: "en" }, n)))));
+  }
+
+  // Where the page has what a warning spells as an option of the command line.
+  function ways(warning) {
+    const [, law] = /\buse law ([\w-]+)/.exec(warning) ?? [];
+    if (law) return [h("button", { type: "button", class: "way", onclick: () => attempt(async () => { await change({ law, directional: false }); toField("fit-law"); }) }, `${t("verdict.take")}: ${law}`)];
+    const named = [...new Set([...warning.matchAll(/--(\w+)/g)].map(([, option]) => option))].filter((option) => option in FIELDS);
+    return named.map((option) => h("button", { type: "button", class: "way", onclick: () => toField(FIELDS[option]) }, `--${option} = ${t("step.fit")}: ${t(`fit.${FIELDS[option].slice(4)}`)}`));
+  }
+
+  function toField(id) {
+    go("fit");
+    const control = document.getElementById(id);
+    const details = control?.closest("details");
+    if (details) details.open = true;
+    control?.focus();
   }
 
   async function motions(chosen) {
@@ -136,8 +167,8 @@ export function verdictStep() {
 
   function links(chosen) {
     return h("ul", { class: "plain" }, chosen.flatMap((fit) => [
-      h("li", {}, h("a", { href: address(`/jobs/${fit.job}/files/report.html`), target: "_blank", rel: "noopener" }, t("verdict.report", { number: fit.job }))),
-      h("li", {}, h("a", { href: address(`/jobs/${fit.job}/files/card.json?save=1`) }, t("verdict.card", { number: fit.job }))),
+      h("li", {}, h("a", { href: address(`/jobs/${fit.job}/files/report.html`), target: "_blank", rel: "noopener" }, t("verdict.report", { number: fitNumber(fit.job) }))),
+      h("li", {}, h("a", { href: address(`/jobs/${fit.job}/files/card.json?save=1`) }, t("verdict.card", { number: fitNumber(fit.job) }))),
     ]));
   }
 
@@ -157,8 +188,7 @@ export function verdictStep() {
         onchange: (event) => attempt(() => change({ folds: event.target.value ? Number(event.target.value) : null })) }), t("verdict.folds.hint"))),
     h("p", {},
       button("verdict.select", () => attempt(() => post("/jobs", { kind: "select" }))), " ",
-      button("verdict.plan", () => attempt(() => post("/jobs", { kind: "plan", parent: shown().at(-1)?.job }))), " ",
-      button("next.out", () => go("out"), { class: "main", id: "next" })),
+      button("verdict.plan", () => attempt(() => post("/jobs", { kind: "plan", parent: shown().at(-1)?.job })))),
     ...work.map((job) => jobView(job)));
   }
 
