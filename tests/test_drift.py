@@ -12,6 +12,7 @@ from command import caller
 from drift_twins import Twin
 from stribeck import InputError, drift
 from stribeck.fleet.drift_report import change_text, summary
+from stribeck.fleet.drift_verdict import DriftChange
 from stribeck.fleet.fleet_table import FILE, FOLDER
 from stribeck.fleet.table_columns import SCHEMA, VERSION
 
@@ -64,7 +65,25 @@ def test_a_step_is_an_alarm_with_its_size_and_what_else_changed() -> None:
     assert alarm.also == (
         "the rig's constants, columns or drive", "the version of stribeck",
     )  # fmt: skip
-    assert change_text("N", step).startswith("+1")  # per cent of 1.35: 15 or so
+
+
+def test_a_change_is_told_with_its_unit_and_beside_what_was_before() -> None:
+    step = DriftChange("step", START, size=4.36, low=3.05, high=5.674, level=29.6)
+    assert change_text("N", step) == "+4.36 N [3.05, 5.67] (+14.7 %)"
+    wear = DriftChange("ramp", START, size=-0.5, low=-0.6, high=-0.4, level=0.1)
+    assert change_text("N s/m", wear) == "-0.5 N s/m a week [-0.6, -0.4]"
+
+
+def test_parameters_come_in_the_order_of_the_table() -> None:
+    axes, names = ("x", "y", "z"), ("F_C", "F_V", "M", "offset")
+    entries = [
+        {**row, "axis": axis, "parameter": name}
+        for row in rows(STEADY, 16, 1)
+        for axis in axes
+        for name in names
+    ]
+    told = [(p.axis, p.parameter) for p in drift(table(entries)).parameters]
+    assert told == [(axis, name) for axis in axes for name in names]
 
 
 def test_values_that_merely_scatter_raise_no_alarm() -> None:

@@ -80,7 +80,8 @@ def drift(
         since = dt.datetime(since.year, since.month, since.day)  # noqa: DTZ001 - as the table has it
     frame = checked(table) if isinstance(table, pl.DataFrame) else read_table(Path(table))
     wanted = _VERDICTS if weak else _VERDICTS[:1]
-    ordered = frame.filter(pl.col("status") == "done").sort("machine", "axis", "when", "log")
+    done = frame.filter(pl.col("status") == "done")
+    ordered = done.sort("machine", "axis", "when", "log", maintain_order=True)
     axes = ordered.partition_by("machine", "axis", maintain_order=True)
     verdicts = [p for axis in axes for p in _axis(axis, false_alarms, like, wanted)]
     return Drift(tuple(verdicts), false_alarms, since)

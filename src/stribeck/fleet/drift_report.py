@@ -65,10 +65,17 @@ def _alarm_row(p: ParameterDrift, alarm: DriftAlarm) -> list[str]:
 
 
 def change_text(unit: str, change: DriftChange) -> str:
-    """The size of a change with its interval; in per cent where that is of what was before."""
-    scale, shown = 1.0, unit
+    """The size of a change with its interval, and in per cent of what was before, if that is more.
+
+    A ramp's is by week.
+    """
+    low, high = number(change.low, 3), number(change.high, 3)
+    ending = " a week" if change.shape == "ramp" else ""
+    share = ""
     if abs(change.level) > abs(change.size) / 2:
-        scale, shown = 100.0 / abs(change.level), "%"
-    size, low, high = (number(scale * s, 3) for s in (change.size, change.low, change.high))
-    sign = "+" * (change.size > 0)
-    return f"{sign}{size} {shown} [{low}, {high}]{' a week' * (change.shape == 'ramp')}"
+        share = f" ({_signed(100.0 * change.size / abs(change.level))} %)"
+    return f"{_signed(change.size)} {unit}{ending} [{low}, {high}]{share}"
+
+
+def _signed(size: float) -> str:
+    return f"{'+' * (size > 0)}{number(size, 3)}"

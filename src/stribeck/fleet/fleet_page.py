@@ -35,7 +35,7 @@ def write_overview(table: pl.DataFrame, folder: Path) -> Path:
     Raises:
         InputError: the disk refuses.
     """
-    ordered = table.sort("machine", "axis", "when", "log")
+    ordered = table.sort("machine", "axis", "when", "log", maintain_order=True)
     done = ordered.filter(pl.col("status") == "done")
     others = ordered.filter(pl.col("status") != "done")
     axes = table.select("machine", "axis").n_unique()

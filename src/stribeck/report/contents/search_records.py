@@ -47,7 +47,8 @@ def run_records(fit: Fit) -> Iterator[RunRecord]:
         x = run.x if polished is None else polished.x
         cost = run.cost if polished is None else polished.cost
         best = run.trace.convergence()
-        fell = np.flatnonzero(np.diff(best, prepend=np.inf) < 0)[-LONGEST:]
+        # Compared, not subtracted: the best cost is infinite as long as no candidate could be run.
+        fell = np.flatnonzero(best < np.concatenate([[np.inf], best[:-1]]))[-LONGEST:]
         values = zip(fit.parameters.free, x, strict=False)
         yield RunRecord(
             searched=run.cost if np.isfinite(run.cost) else None,
