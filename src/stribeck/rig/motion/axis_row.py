@@ -26,6 +26,10 @@ from .drives import (
     EXTERNAL_FORCE,
     FEED_FORWARD,
     FOLLOWS,
+    FORCE_LIMIT,
+    HOLD,
+    LIMIT,
+    MOTOR_FRICTION,
     NORMAL_LOAD,
     Addressable,
     AxisConstants,
@@ -43,10 +47,6 @@ SLOTS: tuple[Slot, ...] = get_args(Slot)
 WHOLE = len(AxisConstants._fields)
 WAY, DEMANDED, MOTOR, CONSTANTS = range(WHOLE + 2, WHOLE + 10, 2)
 _APART: Sequence[Slot] = ("way", "demand", "motor")
-#: Where it has what limits demand and force.
-HOLD, LIMIT, FORCE_LIMIT, MOTOR_FRICTION = map(
-    AxisConstants._fields.index, ("hold", "limit", "force_limit", "motor_friction")
-)
 #: What stands behind the loads of a law: a demand that is held, what acts on the load at the
 #: position, and how fast that falls with it; the slopes of a force on its way through the parts;
 #: and how long the row then is.
