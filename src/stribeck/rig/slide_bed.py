@@ -22,9 +22,7 @@ from .loop_reading import read_stretch
 from .motion import event_driven, reference
 from .motion.command import Drive
 from .motion.drives import (
-    BAND,
     F_FM,
-    IMPULSE,
     K_HAT_M,
     K_HAT_P,
     K_SPRING_M,
@@ -162,8 +160,6 @@ class SlideBed(SimulatedRig):
     def split(self, law: Law, p: Array) -> tuple[Array, Array]:
         """Parameter sets (n, k) as the law's (n, k_law) and the kernel's constants (n, 11).
 
-        A law that holds nothing at rest leaves no band of speeds in which the slide rests.
-
         Raises:
             InputError: a mass or stiffness that cannot be simulated, or columns missing.
         """
@@ -176,8 +172,6 @@ class SlideBed(SimulatedRig):
             )
         c = np.repeat(self._kernel_constants[None], len(p), axis=0)
         c[:, K_SPRING_P], c[:, K_SPRING_M] = p[:, k], p[:, -1]
-        if not law.sticks:
-            c[:, [BAND, IMPULSE]] = 0.0
         return p[:, :k], c
 
     @cached_property
@@ -282,7 +276,7 @@ class SlideBed(SimulatedRig):
                 Input("command", "m", "commanded position x_i", SLIDE_COMMAND),
                 Input("added_force", "N", "added to the motor's force", SLIDE_ADDED, held=True),
             ),
-            (*names, "dv", "dp") if law.sticks else names,  # how such a slide stops and starts
+            (*names, "dv", "dp") if _jumps(law) else names,  # how such a slide stops and starts
             _coefficients,
             "what the drive does to the axis, F_m apart",  # its inertia and damping are not in it
         )
@@ -426,7 +420,7 @@ class SlideBed(SimulatedRig):
 
 
 def _coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
-    """The kernel's constants; dv and dp are there under a law that sticks."""
+    """The kernel's constants; dv and dp are those of a slide that jumps."""
     springs = [values["k_spring"]] * 2 if "k_spring" in values else [
         values["k_spring+"], values["k_spring-"]
     ]  # fmt: skip

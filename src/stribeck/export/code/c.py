@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -194,7 +195,17 @@ def c_functions(entries: Sequence[FunctionSource], what: str, prefix: str) -> st
         program = lowered(program, Restrictions(joins=False, plain=False))
     dialect = C(prefix)
     text = [text for name, text in MIN_AND_MAX.items() if name in program.calls]
-    return "\n".join([*text, *(dialect.function(f) for f in program.functions)])
+    lines = "\n".join([*text, *(dialect.function(f) for f in program.functions)]).split("\n")
+    return "\n".join("\n".join(_wrapped(line)) for line in lines)
+
+
+def _wrapped(line: str) -> list[str]:
+    """A line as several, where it is long."""
+    indent = line[: len(line) - len(line.lstrip())]
+    return textwrap.wrap(
+        line, 100, initial_indent="", subsequent_indent=f"{indent}    ", break_long_words=False,
+        break_on_hyphens=False, drop_whitespace=True,
+    ) or [""]  # fmt: skip
 
 
 class _CFiles:

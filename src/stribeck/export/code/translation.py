@@ -53,7 +53,7 @@ from .program import (
     leaves,
     name_of,
 )
-from .unread import without_unread
+from .unread import is_pure, without_unread
 
 _CONSTANTS = {"pi": math.pi, "e": math.e, "inf": math.inf, "nan": math.nan}
 
@@ -120,13 +120,13 @@ def translate(entries: Sequence[FunctionSource], what: str) -> Program:
     translation = _Translation(what, frozenset(entry.name for entry in entries))
     for entry in entries:
         translation.add(entry)
-    functions = tuple(translation.functions.values())
-    used = {x.name for f in functions for x in expressions(f.body) if isinstance(x, Call)}
-    return Program(
-        functions,
-        tuple(e.name for e in entries),
-        tuple(name for name in MATH_FUNCTIONS if name in used),
-    )
+    names = tuple(e.name for e in entries)
+    used = set(names)
+    for f in reversed(translation.functions.values()):  # each after those that it calls
+        if f.name in used:
+            used |= {x.name for x in expressions(f.body) if isinstance(x, Call)}
+    functions = tuple(f for f in translation.functions.values() if f.name in used)
+    return Program(functions, names, tuple(name for name in MATH_FUNCTIONS if name in used))
 
 
 def python_function(function: Any) -> Callable[..., Any]:
@@ -164,6 +164,15 @@ class _Translation:
             self._names[source.key] = unique
             self.add(replace(source, name=unique))
         return self._names[source.key]
+
+
+    def known_value(self, value: Expression) -> Number | Truth | None:
+        """What a call gives, of a function that gives the same each time and does no more."""
+        function = self.functions.get(value.name) if isinstance(value, Call) else None
+        match function and function.body:
+            case (Return(value=Number() | Truth() as known, more=()),):
+                return known
+        return None
 
 
 class _FunctionReader:
@@ -281,8 +290,10 @@ class _FunctionReader:
                 targets=[ast.Subscript(value=array, slice=ast.Slice(None, None, None))], value=value
             ):
                 return [self._filled(array, value)]
-            case ast.Assign(targets=[target], value=value):
-                return self._together([target], [value])
+            case ast.Assign(targets=[target, *others], value=value):
+                first = self._together([target], [value])
+                return [*first, *(self._assigned(o, self._expression(_loaded(target)))
+                                  for o in others)]  # fmt: skip
             case ast.Expr(value=ast.Call() as value):
                 return [self._unpacked((), value)]
             case ast.AnnAssign(target=target, value=ast.expr() as value):
@@ -501,6 +512,12 @@ class _FunctionReader:
                 return Unary("not", inner, "truth")
             case ast.BinOp(left=left, op=op, right=right):
                 return self._binary(op, self._expression(left), self._expression(right), node)
+            case ast.Compare(
+                left=left, ops=[ast.In() | ast.NotIn() as op], comparators=[ast.Tuple(elts=elements)]
+            ):
+                equal = [self._compared([left, e], [ast.Eq()], node) for e in elements]
+                found = Joined("or", tuple(equal))
+                return found if isinstance(op, ast.In) else Unary("not", found, "truth")
             case ast.Compare(left=left, ops=ops, comparators=others):
                 return self._compared([left, *others], ops, node)
             case ast.BoolOp(op=op, values=nodes):
@@ -508,7 +525,8 @@ class _FunctionReader:
             case ast.IfExp(test=test, body=yes, orelse=no):
                 return self._choice(self._truth(test), yes, no)
             case ast.Call():
-                return self._called(node, 1)
+                value = self._called(node, 1)
+                return self._translation.known_value(value) or value
         raise self._refused(node, "is an expression that other languages are not told")
 
     def _element(self, item: Item) -> Number | None:
@@ -526,7 +544,7 @@ class _FunctionReader:
             if not isinstance(part, Truth):
                 parts.append(part)
             elif part.value != (sign == "and"):
-                return part if not parts else Joined(sign, (*parts, part))
+                return part if all(map(is_pure, parts)) else Joined(sign, (*parts, part))
         if not parts:
             return Truth(sign == "and")
         return parts[0] if len(parts) == 1 else Joined(sign, tuple(parts))
@@ -572,7 +590,8 @@ class _FunctionReader:
         comparisons: list[Compare] = []
         for left, op, right in zip(sides, ops, sides[1:], strict=False):
             sign = _COMPARED.get(type(op))
-            if sign is None or "truth" in (left.kind, right.kind):
+            truths = [left.kind, right.kind].count("truth")
+            if sign is None or (truths and (truths == 1 or sign not in ("==", "!="))):
                 raise self._refused(node, "is a comparison that other languages are not told")
             if left.kind != right.kind:
                 left, right = _real(left), _real(right)  # noqa: PLW2901 - the same values
@@ -676,8 +695,9 @@ class _FunctionReader:
             return argument
         if (array := self._array(argument)) is not None:
             return array
-        if isinstance(argument, ast.Constant) and isinstance(argument.value, bool):
-            return _Known("constants", argument.value)
+        if isinstance(argument, ast.Constant | ast.Compare | ast.BoolOp):
+            value = self._expression(argument)
+            return _Known("constants", value.value) if isinstance(value, Truth) else None
         name = argument.id if isinstance(argument, ast.Name) else ""
         if name in self._entry.drop:
             return _Known("drop")

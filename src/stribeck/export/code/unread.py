@@ -46,11 +46,11 @@ def _kept(body: Sequence[Statement], read: set[str]) -> tuple[Statement, ...]:
     kept: list[Statement] = []
     for statement in body:
         match statement:
-            case Assign(target=Name(name=name), value=value) if name not in read and _pure(value):
+            case Assign(target=Name(name=name), value=value) if name not in read and is_pure(value):
                 continue
             case If(test=test, then=then, otherwise=otherwise):
                 sides = _kept(then, read), _kept(otherwise, read)
-                if any(sides) or not _pure(test):
+                if any(sides) or not is_pure(test):
                     kept.append(If(test, *sides))
             case CountLoop(end=Number(value=value)) if value <= 0:
                 continue
@@ -63,6 +63,6 @@ def _kept(body: Sequence[Statement], read: set[str]) -> tuple[Statement, ...]:
     return tuple(kept)
 
 
-def _pure(expression: Expression) -> bool:
+def is_pure(expression: Expression) -> bool:
     """Whether an expression writes nothing."""
     return not any(isinstance(x, Call) and x.written for x in leaves(expression))

@@ -83,17 +83,14 @@ class Chain(Addressable):
     parts: tuple[tuple[Slot, PartFunction, int], ...]
     whole: bool = False
 
-    def address(self) -> float:
-        """Of their machine code."""
-        return address_of(_whole_drive(self.parts) if self.whole else _chained(self.parts))
+    @property
+    def function(self) -> PartFunction:
+        """The one that they are together."""
+        return _whole_drive(self.parts) if self.whole else _chained(self.parts)
 
-    def places(self) -> list[tuple[Slot, PartFunction, int]]:
-        """Where each acts, its function, and where its constants begin in the row."""
-        begin, places = CONSTANTS, []
-        for slot, function, n in self.parts:
-            places.append((slot, function, begin))
-            begin += n
-        return places
+    def address(self) -> float:
+        """Of its machine code."""
+        return address_of(self.function)
 
 
 def axis_row(constants: AxisConstants, stages: Sequence[Stage]) -> tuple[Any, ...]:

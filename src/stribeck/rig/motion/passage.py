@@ -25,9 +25,10 @@ velocity decays by more than that, it is taken implicitly.
 
 A law without states sticks. It stops at the instant at which its velocity is zero, which is
 located: within a step friction keeps its sign. Then it rests until the force passes a breakaway
-level, which is located as well, or goes on at once, forward or backward. A slide that has a band of
-speeds in which it rests stops where its speed falls to the band, and leaves rest with that speed
-when what pulls at it beyond its level amounts to an impulse, as in `event_driven`.
+level, which is located as well, or goes on at once, forward or backward. With a band of speeds in
+which it rests, a slide stops where its speed falls to the band, and leaves rest with that speed
+when what pulls at it beyond its level amounts to an impulse: as in `event_driven`, for who steps a
+slide that sticks and has no events, a unit of `export.fmu`.
 """
 
 from __future__ import annotations
@@ -288,18 +289,18 @@ def _defect(
 @compiled(forceinline=True)
 def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
-    inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, q: float, v: float,
-    z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, memory: Array,
+    inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, banded: bool,
+    q: float, v: float, z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, memory: Array,
     steps_left: int,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Position and velocity after the interval that begins with sample k, and steps still left.
 
-    It is passed in n steps and their halves; the states go on in `z`. Where no steps are left for
+    It is passed in n steps and their halves; the states go on in `z`. A slide under a law without
+    states may be `banded`, and then has a band of speeds in which it rests. Where no steps are left for
     all of it, position and velocity are nan.
     """
-    base, band = span / n, 0.0
-    if kind == SLIDE and states == 0:
-        band = c[BAND]
+    base = span / n
+    band = c[BAND] if banded else 0.0
     for j in range(n):
         at, level, stop, looks, stops, fresh, way, a_0 = 0.0, 0, 0.0, 0, 0, True, 0.0, 0.0
         mixed(inputs, held, k, j / n, u)
@@ -310,7 +311,7 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             if steps_left <= 0:
                 return np.nan, np.nan, 0
             steps_left -= 1
-            if band > 0.0 and v == 0.0:
+            if banded and band > 0.0 and v == 0.0:
                 piece = min(0.5**level, 1.0 - at)
                 way = _pushed(
                     slip, rub, general, kind, p, term, c, inputs, held, k, (j + at) / n,
@@ -390,7 +391,7 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                         stop = piece * (v - way * band) / (v - v_1)
                     if looks > LOOKS or not 0.0 < stop < piece:
                         level, stop, looks = _halved(level, piece), 0.0, 0
-                    if band > 0.0 and abs(v) <= band:  # it has hardly begun
+                    if banded and abs(v) <= band:  # it has hardly begun
                         v, stop = 0.0, 0.0
                     continue
             elif states == 0 and v_1 * v_f <= 0.0:  # extrapolated past the stop
@@ -418,7 +419,7 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                 v_1, stops = 0.0, stops + 1
                 if stops > STOPS:
                     damped = True
-            elif abs(v_1) <= band:
+            elif banded and abs(v_1) <= band:
                 v_1 = 0.0
             q, v, a_0, at, stop, looks = q_1, v_1, a_1, at + piece, 0.0, 0
             fresh = fresh or v == 0.0

@@ -94,6 +94,7 @@ def _sliding(
         w = min(-start / M, 0.5 * high)
     g = M * w + s * h * rubs(slip, rub, general, scale, s * w, h, z, load, p, out) - P
     if g >= 0.0 and start >= 0.0:  # a slide in progress may go on where a start could not
+        g_high = g
         while g > 0.0:
             high, g_high = w, g
             w -= g / M
