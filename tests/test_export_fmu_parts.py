@@ -159,7 +159,7 @@ class Built:
             (folder / name).write_bytes(text)
         subprocess.run(
             [compiler, "-std=c99", "-O0", "--coverage", "-fPIC", "-shared", "-fvisibility=hidden",
-             "axis.c", "fmi2.c", "friction.c", "-lm", "-o", target],
+             "axis.c", "fmi2.c", "-lm", "-o", target],
             cwd=folder, check=True, capture_output=True,
         )  # fmt: skip
         return (folder / target).read_bytes()

@@ -297,6 +297,6 @@ def _loops(  # noqa: PLR0915 - a loop over candidates and samples
                 break
             q, v, steps_left = passed(
                 slip, rub, general, states, kind, a, term, b, ends, held, 0, parts[k],
-                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, memory,
+                t[k + 1] - t[k], tolerance, False, q, v, z, coarse, half, fine, u, load, memory,
                 steps_left,
             )  # fmt: skip

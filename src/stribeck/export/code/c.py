@@ -6,7 +6,9 @@ compensator are translated from their Python; see `law_program`.
 
 from __future__ import annotations
 
+import math
 import re
+import textwrap
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -22,7 +24,9 @@ from .lowering import Restrictions, divides, lowered
 from .program import (
     MATH_FUNCTIONS,
     Array,
+    Call,
     Expression,
+    Item,
     Kind,
     Name,
     Program,
@@ -38,7 +42,7 @@ _WORDS = frozenset(
     inline int long register restrict return short signed sizeof static struct switch typedef
     union unsigned void volatile while bool class delete new namespace operator private public
     template this throw try using virtual and or not xor
-    fabs sqrt exp expm1 log log1p sin cos tanh copysign pow
+    fabs sqrt exp expm1 log log1p sin cos tanh copysign pow rint
     """.split()  # noqa: SIM905 - a list of words is read as a text
 )
 
@@ -59,14 +63,34 @@ class C(Dialect):
         """One of two values."""
         return f"{self.write(test, 1)} ? {self.write(yes, 1)} : {self.write(no, 0)}"
 
-    def call(self, name: str, arguments: Sequence[Expression]) -> str:
-        """A function of <math.h>, of `MIN_AND_MAX`, or of the law."""
-        values = ", ".join(self.write(argument) for argument in arguments)
+    def number(self, value: float, kind: Kind) -> str:
+        """A number; <math.h> has names for those that are not finite."""
+        if math.isfinite(value):
+            return super().number(value, kind)
+        return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+
+    def call(
+        self, name: str, arguments: Sequence[Expression], results: Sequence[str] = ()
+    ) -> str:
+        """A function of <math.h>, of `MIN_AND_MAX`, or of the law; where further results go."""
+        values = ", ".join([*(self.write(argument) for argument in arguments), *results])
         if name == "real":
             return f"(double)({values})"
         if name in MATH_FUNCTIONS:
             return f"{_CALLED.get(name, name)}({values})"
         return f"{self.prefix}{name}({values})"
+
+    def unpacked(self, targets: Sequence[Name | Item | None], value: Call) -> str:
+        """The first result is the call's value; for the others it gets addresses."""
+        first, *more = targets or (None,)
+        addresses = [f"&{self.write(target)}" for target in more if target is not None]
+        call = self.call(value.name, value.arguments, addresses)
+        return f"(void){call}" if first is None else f"{self.write(first)} = {call}"
+
+    def several_returned(self, values: Sequence[Expression]) -> list[str]:
+        """The first one is the function's value."""
+        further = [f"*{_RESULT}{i} = {self.write(x)};" for i, x in enumerate(values[1:], 2)]
+        return [*further, *(self.return_lines(values[0]) if values else ["return;"])]
 
     def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
@@ -83,9 +107,11 @@ class C(Dialect):
 
     def function(self, f: ProgramFunction) -> str:
         """One function, for this file alone."""
-        arguments = ", ".join(self._argument(a) for a in f.arguments)
+        first, *more = (*(_TYPES[kind] for kind in f.results),) or ("void",)
+        arguments = [self._argument(a) for a in f.arguments]
+        arguments += [f"{kind} *{_RESULT}{i}" for i, kind in enumerate(more, 2)]
         lines = [f"/* {harmless(f.doc)} */"] if f.doc else []
-        lines += [f"static double {self.prefix}{f.name}({arguments})", "{"]
+        lines += [f"static {first} {self.prefix}{f.name}({', '.join(arguments)})", "{"]
         for kind in ("real", "whole", "truth"):
             names = [self.name(v.name) for v in f.variables if v.kind == kind]
             lines += [f"    {_TYPES[kind]} {', '.join(names)};"] if names else []
@@ -96,12 +122,14 @@ class C(Dialect):
     def _argument(self, argument: Name | Array) -> str:
         name = self.name(argument.name)
         if isinstance(argument, Name):
-            return f"double {name}"
+            return f"{_TYPES[argument.kind]} {name}"
         return f"{'' if argument.written else 'const '}double *{name}"
 
 
 #: Functions of a program that <math.h> has not, or under another name.
-_CALLED = {"abs": "fabs", "min": "math_min", "max": "math_max"}
+_CALLED = {"abs": "fabs", "round": "rint", "min": "math_min", "max": "math_max"}
+#: Where results go that are not a function's value, counted from 2.
+_RESULT = "result_"
 #: As Python has them, also where a value is no number: fmin and fmax would leave it out.
 MIN_AND_MAX = {
     "min": """\
@@ -164,10 +192,20 @@ def c_functions(entries: Sequence[FunctionSource], what: str, prefix: str) -> st
     """
     program = translate(entries, what)
     if divides(program):
-        program = lowered(program, Restrictions(joins=False))
+        program = lowered(program, Restrictions(joins=False, plain=False))
     dialect = C(prefix)
     text = [text for name, text in MIN_AND_MAX.items() if name in program.calls]
-    return "\n".join([*text, *(dialect.function(f) for f in program.functions)])
+    lines = "\n".join([*text, *(dialect.function(f) for f in program.functions)]).split("\n")
+    return "\n".join("\n".join(_wrapped(line)) for line in lines)
+
+
+def _wrapped(line: str) -> list[str]:
+    """A line as several, where it is long."""
+    indent = line[: len(line) - len(line.lstrip())]
+    return textwrap.wrap(
+        line, 100, initial_indent="", subsequent_indent=f"{indent}    ", break_long_words=False,
+        break_on_hyphens=False, drop_whitespace=True,
+    ) or [""]  # fmt: skip
 
 
 class _CFiles:
@@ -179,7 +217,7 @@ class _CFiles:
         self.loaded = bool(self.law.loads or self.law.terms)
         self.program: Program = law_program(model.law)
         if divides(self.program):  # C cuts towards 0 where Python takes the floor
-            self.program = lowered(self.program, Restrictions(joins=False))
+            self.program = lowered(self.program, Restrictions(joins=False, plain=False))
 
     # --- the header
 

@@ -20,6 +20,7 @@ from .program import (
     If,
     Item,
     Joined,
+    Jump,
     Kind,
     Name,
     Number,
@@ -27,12 +28,13 @@ from .program import (
     Statement,
     Truth,
     Unary,
+    Unpack,
     WhileLoop,
 )
 
 #: How tightly operations bind, the loosest first.
 CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, ATOM = range(9)
-_LEVELS = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "//": PRODUCT}
+_LEVELS = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "//": PRODUCT, "%": PRODUCT}
 
 
 class Dialect(ABC):
@@ -65,6 +67,8 @@ class Dialect(ABC):
                 return self.number(value, kind), SIGN if _below_zero(value) else ATOM
             case Truth(value=value):
                 return self.true if value else self.false, ATOM
+            case Array(name=name, offset=offset) if offset:
+                return f"{self.name(name)} + {offset}", SUM
             case Name(name=name) | Array(name=name):
                 return self.name(name), ATOM
             case Item(array=array, index=index):
@@ -144,8 +148,15 @@ class Dialect(ABC):
                 return [
                     f"{pad}{targets} {self.becomes} {self.assigned_value(target, value)}{self.end}"
                 ]
-            case Return(value=value):
+            case Unpack(targets=targets, value=value):
+                return [f"{pad}{self.unpacked(targets, value)}{self.end}"]
+            case Jump(word=word):
+                return [f"{pad}{word}{self.end}"]
+            case Return(value=value, more=()) if value is not None:
                 return [pad + line for line in self.return_lines(value)]
+            case Return(value=value, more=more):
+                values = more if value is None else (value, *more)
+                return [pad + line for line in self.several_returned(values)]
             case If():
                 return self._if(statement, depth)
             case CountLoop(name=name, end=end, body=body):
@@ -179,6 +190,14 @@ class Dialect(ABC):
     def assigned_value(self, target: Name | Item, value: Expression) -> str:
         """The right side of an assignment."""
         return self.operand(value, target.kind, CHOICE)
+
+    def unpacked(self, targets: Sequence[Name | Item | None], value: Call) -> str:
+        """A call for its results, or for what it writes; in languages that `lowered` lets say it."""
+        raise NotImplementedError
+
+    def several_returned(self, values: Sequence[Expression]) -> list[str]:
+        """How a function gives back several values, or none; likewise."""
+        raise NotImplementedError
 
     def return_lines(self, value: Expression) -> list[str]:
         """How a function gives back its value."""

@@ -18,27 +18,30 @@ from .program import Program
 from .translation import FunctionSource, translate
 
 
+def law_entries(law: Law) -> list[FunctionSource]:
+    """`steady`, and `rubbed` of a law that has it."""
+    drop, arrays = _arguments(law)
+    entries = [FunctionSource("steady", law.slip, {"p": len(law.params)})]
+    if law.rub is not None:
+        unread = (*drop, *(() if law.states else ("h",)))
+        written = ("out",) if law.states else ()
+        entries.append(FunctionSource("rubbed", law.rub, arrays, written, unread))
+    return entries
+
+
 def law_program(law: Law, *, compensator: bool = True) -> Program:
     """The functions of a law, and of a compensator that evaluates it.
 
     Raises:
         InputError: its source says something that has no place in a program.
     """
-    k = len(law.params)
-    drop = [*(() if law.states else ("z", "out")), *(() if law.loads else ("load",))]
-    lengths = {"p": k, "z": law.states, "load": len(LOADS), "out": law.states}
-    arrays = {name: length for name, length in lengths.items() if name not in drop}
-    written = ("out",) if law.states else ()
-    entries = [FunctionSource("steady", law.slip, {"p": k})]
-    if law.rub is not None:
-        unread = (*drop, *(() if law.states else ("h",)))
-        entries.append(FunctionSource("rubbed", law.rub, arrays, written, unread))
+    drop, arrays = _arguments(law)
+    entries = law_entries(law)
     if law.terms:
         places = tuple(term_places(law).tolist())
+        lengths = {"p": len(law.params), "load": len(LOADS)}
         entries.append(
-            FunctionSource(
-                "factor", terms_factor, {"p": k, "load": len(LOADS)}, constants={"places": places}
-            )
+            FunctionSource("factor", terms_factor, lengths, constants={"places": places})
         )
     if compensator:
         constants = {"general": law.rub is not None, "states": law.states}
@@ -47,10 +50,17 @@ def law_program(law: Law, *, compensator: bool = True) -> Program:
                 "compensator_output",
                 compensator_output,
                 {**arrays, "c": len(SETTINGS)},
-                written,
-                tuple(drop),
+                ("out",) if law.states else (),
+                drop,
                 constants if law.terms else {**constants, "factor": 1.0},
                 {"slip": "steady", "rub": "rubbed"},
             )
         )
     return translate(entries, f"law {law.name}")
+
+
+def _arguments(law: Law) -> tuple[tuple[str, ...], dict[str, int | tuple[int, int]]]:
+    """Arguments that the functions of a law do not have, and lengths of their arrays."""
+    drop = (*(() if law.states else ("z", "out")), *(() if law.loads else ("load",)))
+    lengths = {"p": len(law.params), "z": law.states, "load": len(LOADS), "out": law.states}
+    return drop, {name: length for name, length in lengths.items() if name not in drop}

@@ -7,6 +7,8 @@ What is lowered, always:
 - an argument that a function assigns to is copied into a variable of its own;
 - the loop's test, where it needs statements, becomes a variable that they set.
 
+What only some languages say, several results or a jump out of a loop, is refused for the others.
+
 And for a language whose operators are blunter than Python's (`Blunt`):
 
 - `and` and `or` that may evaluate all their parts become nested ifs where a later part could do
@@ -24,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from ...errors import InputError
 from .program import (
     Array,
     Assign,
@@ -36,6 +39,7 @@ from .program import (
     If,
     Item,
     Joined,
+    Jump,
     Kind,
     Name,
     Number,
@@ -45,11 +49,13 @@ from .program import (
     Statement,
     Truth,
     Unary,
+    Unpack,
     WhileLoop,
     direct_expressions,
     expressions,
     parts,
     statements,
+    targets,
 )
 
 _Use = Callable[[Expression], list[Statement]]
@@ -65,11 +71,13 @@ class Restrictions:
         joins: `and` and `or` may evaluate all their parts.
         divides: Whole numbers are divided towards 0.
         returns: Functions hand back the arrays that they write, as further results.
+        plain: Functions take and give real numbers, one each, and loops have no jumps.
     """
 
     joins: bool = True
     divides: bool = True
     returns: bool = False
+    plain: bool = True
 
 
 def divides(program: Program) -> bool:
@@ -82,7 +90,19 @@ def divides(program: Program) -> bool:
 
 
 def lowered(program: Program, restrictions: Restrictions) -> Program:
-    """The program with each of its functions lowered."""
+    """The program with each of its functions lowered.
+
+    Raises:
+        InputError: a function has what the language does not say.
+    """
+    for f in program.functions if restrictions.plain else ():
+        wide = any(isinstance(s, Unpack | Jump) for s in statements(f.body))
+        rounds = any(isinstance(x, Call) and x.name == "round" for x in expressions(f.body))
+        if f.results != ("real",) or any(a.kind != "real" for a in f.arguments) or wide or rounds:
+            raise InputError(
+                f"{f.name}: cannot be translated: takes or gives other than one real number, "
+                "leaves a loop or rounds, which only C is told"
+            )
     return replace(
         program, functions=tuple(_Lowering(f, restrictions).lowered() for f in program.functions)
     )
@@ -100,11 +120,7 @@ def renamed(function: ProgramFunction, names: Mapping[str, str]) -> ProgramFunct
 
 def assigned(body: Sequence[Statement]) -> set[str]:
     """The variables that a block assigns to; those that loops count by are not among them."""
-    return {
-        s.target.name
-        for s in statements(body)
-        if isinstance(s, Assign) and isinstance(s.target, Name)
-    }
+    return {t.name for s in statements(body) for t in targets(s) if isinstance(t, Name)}
 
 
 def counters(body: Sequence[Statement]) -> set[str]:
@@ -162,12 +178,12 @@ class _Lowering:
         f = self._function
         written = assigned(f.body)
         copies = {
-            a.name: self._fresh("real", f"{a.name}_now")
+            a.name: self._fresh(a.kind, f"{a.name}_now")
             for a in f.arguments
             if isinstance(a, Name) and a.name in written
         }
         body = _block_renamed(f.body, {old: new.name for old, new in copies.items()})
-        head = tuple(Assign(new, Name(old, "real")) for old, new in copies.items())
+        head = tuple(Assign(new, Name(old, new.kind)) for old, new in copies.items())
         lines = head + self._block(body)
         return replace(f, variables=tuple(self._variables), body=lines)
 
@@ -194,10 +210,15 @@ class _Lowering:
                 return self._chosen(value, lambda side: self._assign(target, side))
             case Assign(target=target, value=value):
                 return self._assign(target, value)
-            case Return(value=Conditional() as value):
+            case Unpack(targets=targets, value=value):
+                before, arguments = self._values(parts(value))
+                return [*before, Unpack(targets, replace(value, arguments=tuple(arguments)))]
+            case Return(value=Conditional() as value, more=()):
                 return self._chosen(value, self._return)
-            case Return(value=value):
-                return self._return(value)
+            case Return(value=value, more=more):
+                return self._return(value, more)
+            case Jump():
+                return [statement]
             case If(test=test, then=then, otherwise=otherwise):
                 before, test = self._value(test)
                 return [*before, If(test, self._block(then), self._block(otherwise))]
@@ -215,9 +236,13 @@ class _Lowering:
         more, value = self._value(value, alone=isinstance(target, Name))
         return [*before, *more, Assign(target, value)]
 
-    def _return(self, value: Expression) -> list[Statement]:
-        before, value = self._value(value)
-        return [*before, Return(value)]
+    def _return(
+        self, value: Expression | None, more: tuple[Expression, ...] = ()
+    ) -> list[Statement]:
+        if value is None:
+            return [Return(None)]
+        before, (value, *more_values) = self._values((value, *more))
+        return [*before, Return(value, tuple(more_values))]
 
     def _chosen(self, conditional: Conditional, use: _Use) -> list[Statement]:
         """An `if` whose sides make use of the one value or the other."""
@@ -232,6 +257,9 @@ class _Lowering:
         before, test = self._value(test)
         if not before:
             return [WhileLoop(test, body)]
+        if any(isinstance(s, Jump) and s.word == "continue" for s in statements(body)):
+            raise InputError(f"{self._function.name}: cannot be translated: goes on to the next "
+                             "turn of a loop whose test needs statements")  # fmt: skip
         goes = self._fresh("truth", "goes_on")
         again = (*before, Assign(goes, test))
         return [*again, WhileLoop(goes, (*body, *again))]
@@ -247,12 +275,7 @@ class _Lowering:
             return self._chosen(expression, lambda side: self._assign(variable, side)), variable
         if isinstance(expression, Joined):
             return self._joined(expression)
-        before: list[Statement] = []
-        new: list[Expression] = []
-        for part in parts(expression):
-            more, value = self._value(part)
-            before += more
-            new.append(value)
+        before, new = self._values(parts(expression))
         lowered = rebuilt(expression, new)
         if isinstance(lowered, Binary) and lowered.sign == "//" and self._restrictions.divides:
             more, lowered = self._floored(lowered)
@@ -267,6 +290,18 @@ class _Lowering:
             before.append(Assign(variable, lowered))
             lowered = variable
         return before, lowered
+
+    def _values(
+        self, several: Sequence[Expression]
+    ) -> tuple[list[Statement], list[Expression]]:
+        """The same of several expressions, one after the other."""
+        before: list[Statement] = []
+        values: list[Expression] = []
+        for expression in several:
+            more, value = self._value(expression)
+            before += more
+            values.append(value)
+        return before, values
 
     def _joined(self, joined: Joined) -> tuple[list[Statement], Expression]:
         """Later parts behind an `if`, unless they are harmless."""
@@ -320,16 +355,25 @@ def _statement_renamed(statement: Statement, names: Mapping[str, str]) -> Statem
     new = [_expression_renamed(e, names) for e in direct_expressions(statement)]
     match statement:
         case Assign():
-            target = new[0]
-            return Assign(target if isinstance(target, Name | Item) else statement.target, new[1])
+            return Assign(_target_renamed(statement.target, names), new[-1])
+        case Unpack(targets=several):
+            renamed_targets = (t and _target_renamed(t, names) for t in several)
+            return Unpack(tuple(renamed_targets), new[-1])
+        case Jump():
+            return statement
         case Return():
-            return Return(new[0])
+            return Return(new[0], tuple(new[1:])) if new else statement
         case If(then=then, otherwise=otherwise):
             return If(new[0], _block_renamed(then, names), _block_renamed(otherwise, names))
         case CountLoop(name=name, body=body):
             return CountLoop(names.get(name, name), new[0], _block_renamed(body, names))
         case WhileLoop(body=body):
             return WhileLoop(new[0], _block_renamed(body, names))
+
+
+def _target_renamed(target: Name | Item, names: Mapping[str, str]) -> Name | Item:
+    new = _expression_renamed(target, names)
+    return new if isinstance(new, Name | Item) else target
 
 
 def _expression_renamed(expression: Expression, names: Mapping[str, str]) -> Expression:

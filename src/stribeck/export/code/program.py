@@ -1,7 +1,9 @@
 """The program of a law: functions of a few kinds of statements and expressions.
 
 Three kinds of values, real, whole and truth; numbers and arrays of fixed length as arguments. A
-`translation` makes a program of a law's source, a `dialect` writes it in its language.
+`translation` makes a program of a law's source, a `dialect` writes it in its language. What only
+some languages say (several results, arguments that are no real numbers, jumps out of a loop) is
+refused for the others by `lowering`.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ Kind = Literal["real", "whole", "truth"]
 #: What a law may call, and how many values each takes.
 MATH_FUNCTIONS: Mapping[str, int] = {
     "abs": 1, "sqrt": 1, "exp": 1, "expm1": 1, "log": 1, "log1p": 1, "sin": 1, "cos": 1,
-    "tanh": 1, "copysign": 2, "min": 2, "max": 2, "pow": 2,
+    "tanh": 1, "round": 1, "copysign": 2, "min": 2, "max": 2, "pow": 2,
 }  # fmt: skip
 
 
@@ -62,9 +64,9 @@ class Unary:
 
 @dataclass(frozen=True)
 class Binary:
-    """`+ - * /` of reals, `+ - *` and `//` of whole numbers."""
+    """`+ - * /` of reals, `+ - *`, `//` and `%` of whole numbers."""
 
-    sign: Literal["+", "-", "*", "/", "//"]
+    sign: Literal["+", "-", "*", "/", "//", "%"]
     left: Expression
     right: Expression
     kind: Kind
@@ -105,13 +107,17 @@ class Array:
 
     Args:
         name: Its name in the function that has it.
-        length: Its elements.
+        length: Its elements; 0 where nobody says.
         written: Whether the function that takes it writes into it.
+        offset: Of the first element that is handed over.
+        columns: Of a table, whose rows stand one after the other; else 1.
     """
 
     name: str
     length: int
     written: bool = False
+    offset: int = 0
+    columns: int = 1
     kind: Kind = "real"
 
 
@@ -143,6 +149,17 @@ class Assign:
 
 
 @dataclass(frozen=True)
+class Unpack:
+    """Variables or elements get the results of a call, in order; None takes none.
+
+    Without targets the call is made for what it writes.
+    """
+
+    targets: tuple[Name | Item | None, ...]
+    value: Call
+
+
+@dataclass(frozen=True)
 class If:
     """One of two blocks."""
 
@@ -169,13 +186,21 @@ class WhileLoop:
 
 
 @dataclass(frozen=True)
+class Jump:
+    """Out of a loop, or on to its next turn."""
+
+    word: Literal["break", "continue"]
+
+
+@dataclass(frozen=True)
 class Return:
-    """The function's value."""
+    """The function's value, and further ones; no value of one that only writes."""
 
-    value: Expression
+    value: Expression | None
+    more: tuple[Expression, ...] = ()
 
 
-Statement = Assign | If | CountLoop | WhileLoop | Return
+Statement = Assign | Unpack | If | CountLoop | WhileLoop | Jump | Return
 
 
 @dataclass(frozen=True)
@@ -184,10 +209,11 @@ class ProgramFunction:
 
     Args:
         name: What the program calls it.
-        arguments: Real numbers and arrays, in order.
+        arguments: Numbers and arrays, in order.
         variables: Of its own, with their kinds, in order of appearance.
         body: What it does; every way through it ends in a `Return`.
         doc: The first line of its docstring.
+        results: The kinds of its values.
     """
 
     name: str
@@ -195,6 +221,7 @@ class ProgramFunction:
     variables: tuple[Name, ...]
     body: tuple[Statement, ...]
     doc: str = ""
+    results: tuple[Kind, ...] = ("real",)
 
 
 @dataclass(frozen=True)
@@ -270,23 +297,34 @@ def read_names(function: ProgramFunction) -> set[str]:
     names: set[str] = set()
     for statement in statements(function.body):
         for expression in direct_expressions(statement):
-            assigned = isinstance(statement, Assign) and expression is statement.target
+            assigned = any(expression is target for target in targets(statement))
             if not (assigned and isinstance(expression, Name)):
                 names |= {name_of(leaf) for leaf in leaves(expression)}
     return names - {""}
 
 
+def targets(statement: Statement) -> tuple[Name | Item, ...]:
+    """What a statement gives values to."""
+    match statement:
+        case Assign(target=target):
+            return (target,)
+        case Unpack(targets=several):
+            return tuple(target for target in several if target is not None)
+    return ()
+
+
 def direct_expressions(statement: Statement) -> tuple[Expression, ...]:
     """The expressions of a statement itself."""
     match statement:
-        case Assign(target=target, value=value):
-            return (target, value)
+        case Assign(value=value) | Unpack(value=value):
+            return (*targets(statement), value)
         case If(test=test) | WhileLoop(test=test):
             return (test,)
         case CountLoop(end=end):
             return (end,)
-        case Return(value=value):
-            return (value,)
+        case Return(value=value, more=more):
+            return () if value is None else (value, *more)
+    return ()
 
 
 def blocks(statement: Statement) -> tuple[tuple[Statement, ...], ...]:

@@ -1,9 +1,14 @@
-"""Translation of a law's Python source into a program that other languages can express.
+"""Translation of compiled Python into a program that other languages can express.
 
-A law is a compiled scalar function whose source is Python. `translated` reads that source, follows
-it into the functions that it calls, and gives back functions of a few kinds of statements over
-three kinds of values, real, whole and truth. What a dialect prints is thereby the law itself, not
-a second copy of it. Whatever has no place in the few kinds is refused, with the line that has it.
+A law, a part of an axis and the stepper are compiled functions whose source is Python. `translate`
+reads that source, follows it into the functions that it calls, and gives back functions of a few
+kinds of statements over three kinds of values, real, whole and truth. What a dialect prints is
+thereby the function itself, not a second copy of it. Whatever has no place in the few kinds is
+refused, with the line that has it.
+
+A function is translated anew for each kind of arguments that it is called with: those that are
+known (numbers, truths, functions) are no arguments any more, and what they rule out is left out. An
+argument or a result is a whole number or a truth where its annotation says `int` or `bool`.
 """
 
 from __future__ import annotations
@@ -14,10 +19,11 @@ import math
 import operator
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from ...errors import InputError
+from ...rig.motion.part_call import beginning, called, further
 from .program import (
     MATH_FUNCTIONS,
     Array,
@@ -31,6 +37,7 @@ from .program import (
     If,
     Item,
     Joined,
+    Jump,
     Kind,
     Name,
     Number,
@@ -40,13 +47,15 @@ from .program import (
     Statement,
     Truth,
     Unary,
+    Unpack,
     WhileLoop,
     expressions,
     leaves,
     name_of,
 )
+from .unread import is_pure, without_unread
 
-_CONSTANTS = {"pi": math.pi, "e": math.e}
+_CONSTANTS = {"pi": math.pi, "e": math.e, "inf": math.inf, "nan": math.nan}
 
 
 @dataclass(frozen=True)
@@ -56,26 +65,46 @@ class FunctionSource:
     Args:
         name: Its name in the program.
         function: Python, or compiled by numba.
-        arrays: Length of each array among its arguments, by argument.
-        written: The arrays that it writes.
+        arrays: Length of each array among its arguments, by argument; rows and columns of a table;
+            0 for numbers of which only the beginning is handed over.
+        written: The arrays that it may write; None for any.
         drop: Arguments that are dropped: the function must not read them.
         constants: Arguments whose values are known, numbers or tuples of numbers: they are no
             arguments in the program, and branches that they rule out are not translated.
         functions: Arguments that are functions: the names of entries translated before this one.
+        known: Elements of its arrays whose values are known, by place: numbers, or functions that
+            stand there by their addresses, as in a row of `rig.motion.axis_row`.
     """
 
     name: str
     function: Any
-    arrays: Mapping[str, int] = field(default_factory=dict)
-    written: tuple[str, ...] = ()
+    arrays: Mapping[str, int | tuple[int, int]] = field(default_factory=dict)
+    written: tuple[str, ...] | None = ()
     drop: tuple[str, ...] = ()
     constants: Mapping[str, float | tuple[int, ...]] = field(default_factory=dict)
     functions: Mapping[str, str] = field(default_factory=dict)
+    known: Mapping[str, Mapping[int, Any]] = field(default_factory=dict)
 
     @property
     def absent(self) -> frozenset[str]:
         """Arguments of the function that its translation does not have."""
         return frozenset((*self.drop, *self.constants, *self.functions))
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What tells one translation of a function from another."""
+        mappings = (self.arrays, self.constants, self.functions)
+        known = ((name, *places.items()) for name, places in self.known.items())
+        named = (tuple(mapping.items()) for mapping in mappings)
+        return python_function(self.function), self.drop, *named, *known
+
+
+@dataclass(frozen=True)
+class _Known:
+    """An argument that is known, as its function is told of it: by which field of its source."""
+
+    field: Literal["drop", "constants", "functions"]
+    value: Any = None
 
 
 def translate(entries: Sequence[FunctionSource], what: str) -> Program:
@@ -91,13 +120,13 @@ def translate(entries: Sequence[FunctionSource], what: str) -> Program:
     translation = _Translation(what, frozenset(entry.name for entry in entries))
     for entry in entries:
         translation.add(entry)
-    functions = tuple(translation.functions.values())
-    used = {x.name for f in functions for x in expressions(f.body) if isinstance(x, Call)}
-    return Program(
-        functions,
-        tuple(e.name for e in entries),
-        tuple(name for name in MATH_FUNCTIONS if name in used),
-    )
+    names = tuple(e.name for e in entries)
+    used = set(names)
+    for f in reversed(translation.functions.values()):  # each after those that it calls
+        if f.name in used:
+            used |= {x.name for x in expressions(f.body) if isinstance(x, Call)}
+    functions = tuple(f for f in translation.functions.values() if f.name in used)
+    return Program(functions, names, tuple(name for name in MATH_FUNCTIONS if name in used))
 
 
 def python_function(function: Any) -> Callable[..., Any]:
@@ -122,22 +151,28 @@ class _Translation:
         self.entries[entry.name] = entry
         self.functions[entry.name] = _FunctionReader(self, entry, entry.name).function()
 
-    def translated_name(self, function: Any, name: str, lengths: Mapping[str, int]) -> str:
-        """The name in the program of a function that gives a real number; translated once.
+    def translated_name(self, source: FunctionSource) -> str:
+        """The name in the program of a function that another calls; translated once.
 
         Args:
-            function: Python, or compiled by numba.
-            name: What its caller calls it.
-            lengths: Of the arrays among its arguments; it must not write them.
+            source: It, by the name that its caller calls it.
         """
-        key = (python_function(function), tuple(lengths.items()))
-        if key not in self._names:
-            unique = name.lstrip("_")
+        if source.key not in self._names:
+            unique = source.name.lstrip("_")
             while unique in self.functions or unique in self._reserved:
                 unique += "_"
-            self._names[key] = unique
-            self.add(FunctionSource(unique, function, lengths))
-        return self._names[key]
+            self._names[source.key] = unique
+            self.add(replace(source, name=unique))
+        return self._names[source.key]
+
+
+    def known_value(self, value: Expression) -> Number | Truth | None:
+        """What a call gives, of a function that gives the same each time and does no more."""
+        function = self.functions.get(value.name) if isinstance(value, Call) else None
+        match function and function.body:
+            case (Return(value=Number() | Truth() as known, more=()),):
+                return known
+        return None
 
 
 class _FunctionReader:
@@ -156,6 +191,14 @@ class _FunctionReader:
             ) from error
         self._kinds: dict[str, Kind] = {}
         self._variables: dict[str, Name] = {}
+        self._arrays = {
+            name: Array(name, math.prod(shape), columns=shape[1])
+            if isinstance(shape, tuple)
+            else Array(name, shape)
+            for name, shape in entry.arrays.items()
+        }
+        self._written = set(entry.written or ())
+        self._results: tuple[Kind, ...] = ("real",)
         self._known = inspect.getclosurevars(self._python)
 
     def function(self) -> ProgramFunction:
@@ -168,29 +211,30 @@ class _FunctionReader:
             raise self._refused(tree, "has optional or starred arguments")
         self._translation.being_read.append(self._python)
         self._loops(tree)
-        arguments: list[Name | Array] = []
-        for argument in (*a.posonlyargs, *a.args):
-            name = argument.arg
-            if name in self._entry.absent:
-                continue
-            if name in self._entry.arrays:
-                written = name in self._entry.written
-                arguments.append(Array(name, self._entry.arrays[name], written))
-            else:
-                self._kinds[name] = "real"
-                arguments.append(Name(name, "real"))
+        formal = [g for g in (*a.posonlyargs, *a.args) if g.arg not in self._entry.absent]
+        self._kinds |= {g.arg: _kind(g.annotation) for g in formal if g.arg not in self._arrays}
+        self._results = _results(tree.returns)
         body = tree.body
         doc = ast.get_docstring(tree) or ""
         statements = self._block(body[1:] if doc else body)
-        if not _ends(statements):
+        if self._results and not _ends(statements):
             raise self._refused(tree, "does not return a value on every way through it")
         self._translation.being_read.pop()
-        return ProgramFunction(
-            self._name,
-            tuple(arguments),
-            tuple(self._variables.values()),
-            statements,
-            doc.partition("\n")[0],
+        arguments = (
+            replace(self._arrays[g.arg], written=g.arg in self._written)
+            if g.arg in self._entry.arrays
+            else Name(g.arg, self._kinds[g.arg])
+            for g in formal
+        )
+        return without_unread(
+            ProgramFunction(
+                self._name,
+                tuple(arguments),
+                tuple(self._variables.values()),
+                statements,
+                doc.partition("\n")[0],
+                self._results,
+            )
         )
 
     def _loops(self, tree: ast.FunctionDef) -> None:
@@ -226,7 +270,7 @@ class _FunctionReader:
         block: list[Statement] = []
         for node in nodes:
             block += self._statement(node)
-            if block and isinstance(block[-1], Return):
+            if block and isinstance(block[-1], Return | Jump):
                 break  # what follows is never reached
         return tuple(block)
 
@@ -234,14 +278,24 @@ class _FunctionReader:
         self, node: ast.stmt
     ) -> list[Statement]:
         match node:
-            case ast.Return(value=ast.expr() as value):
-                return [Return(_real(self._expression(value)))]
+            case ast.Return(value=value):
+                return [self._returned(value, node)]
             case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Tuple(elts=values)):
                 if len(targets) != len(values):
                     raise self._refused(node, "assigns a different number of values")
-                return self._together(targets, [self._expression(v) for v in values], node)
-            case ast.Assign(targets=[target], value=value):
-                return [self._assigned(target, self._expression(value))]
+                return self._together(targets, values)
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=value):
+                return [self._unpacked(targets, value)]
+            case ast.Assign(
+                targets=[ast.Subscript(value=array, slice=ast.Slice(None, None, None))], value=value
+            ):
+                return [self._filled(array, value)]
+            case ast.Assign(targets=[target, *others], value=value):
+                first = self._together([target], [value])
+                return [*first, *(self._assigned(o, self._expression(_loaded(target)))
+                                  for o in others)]  # fmt: skip
+            case ast.Expr(value=ast.Call() as value):
+                return [self._unpacked((), value)]
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 return [self._assigned(target, self._expression(value))]
             case ast.AugAssign(target=target, op=op, value=value):
@@ -267,39 +321,116 @@ class _FunctionReader:
                     raise self._refused(node, "counts to something that is no whole number")
                 self._declare(name, "whole", node)
                 return [CountLoop(name, limit, self._block(body))]
+            case ast.Break() | ast.Continue():
+                return [Jump("break" if isinstance(node, ast.Break) else "continue")]
             case ast.Pass():
                 return []
         raise self._refused(node, "is a statement that other languages are not told")
 
+    def _returned(self, value: ast.expr | None, node: ast.stmt) -> Return:
+        """The function's values, as its annotation counts them."""
+        values = value.elts if isinstance(value, ast.Tuple) else () if value is None else (value,)
+        if len(values) != len(self._results):
+            raise self._refused(node, f"gives {len(values)} values, not {len(self._results)}")
+        first, *more = (
+            *(self._of_kind(self._expression(v), kind, v)
+              for v, kind in zip(values, self._results, strict=True)),
+        ) or (None,)  # fmt: skip
+        return Return(first, tuple(x for x in more if x is not None))
+
     def _together(
-        self, targets: Sequence[ast.expr], values: Sequence[Expression], node: ast.stmt
+        self, targets: Sequence[ast.expr], values: Sequence[ast.expr]
     ) -> list[Statement]:
-        """Several assignments at once; none of them may read what an earlier one has written."""
+        """Assignments at once: what one of them would read too late is kept before them."""
+        before: list[Statement] = []
         assignments: list[Statement] = []
-        for target, value in zip(targets, values, strict=True):
+        evaluated = [self._array(v) or self._expression(v) for v in values]
+        for target, value in zip(targets, evaluated, strict=True):
+            if isinstance(value, Array):  # another name for it
+                if not isinstance(target, ast.Name) or target.id in self._kinds:
+                    raise self._refused(target, "is no new name for an array")
+                self._arrays[target.id] = value
+                continue
             written = {name_of(s.target) for s in assignments if isinstance(s, Assign)}
+            kept: Expression = value
             if written & {name_of(leaf) for leaf in leaves(value)}:
-                raise self._refused(node, "swaps values in one line: write it in two")
-            assignments.append(self._assigned(target, value))
-        return assignments
+                kept = self._fresh("kept", value.kind)
+                before.append(Assign(kept, value))
+            assignments.append(self._assigned(target, kept))
+        return [*before, *assignments]
+
+    def _unpacked(self, targets: Sequence[ast.expr], value: ast.expr) -> Unpack:
+        """The results of a call; `_` for one that nobody reads."""
+        call = self._called(value, len(targets)) if isinstance(value, ast.Call) else None
+        if not isinstance(call, Call) or call.name not in self._translation.functions:
+            raise self._refused(value, "is no call of a function that is translated")
+        kinds = self._translation.functions[call.name].results
+        places: list[Name | Item | None] = []
+        for i, (target, kind) in enumerate(zip(targets, kinds, strict=False)):
+            if isinstance(target, ast.Name) and target.id == "_":
+                places.append(self._fresh(f"unread_{kind}", kind, again=True) if i else None)
+                continue
+            place = self._target(target, kind)
+            if place.kind != kind:
+                raise self._refused(target, f"changes from {place.kind} to {kind}")
+            places.append(place)
+        return Unpack(tuple(places), call)
+
+    def _filled(self, node: ast.expr, value: ast.expr) -> CountLoop:
+        """All elements of an array get one value."""
+        array = self._array(node)
+        if array is None or not array.length:
+            raise self._refused(node, "is no array of a known length")
+        place = self._fresh("place", "whole", again=True)
+        index: Expression = place
+        if array.offset:
+            index = Binary("+", place, Number(array.offset, "whole"), "whole")
+        self._writes(array.name, node)
+        one = Assign(Item(array.name, index), _real(self._expression(value)))
+        return CountLoop(place.name, Number(array.length, "whole"), (one,))
+
+    def _fresh(self, stem: str, kind: Kind, *, again: bool = False) -> Name:
+        """A variable that the source has not; the same one for each use where that is harmless."""
+        taken = {n.id for n in ast.walk(self._tree) if isinstance(n, ast.Name)}
+        taken |= {n.arg for n in ast.walk(self._tree) if isinstance(n, ast.arg)}
+        name, n = stem, 1
+        while name in taken or (name in self._kinds and not again):
+            n += 1
+            name = f"{stem}_{n}"
+        self._kinds[name] = kind
+        return self._variables.setdefault(name, Name(name, kind))
 
     def _assigned(self, target: ast.expr, value: Expression) -> Assign:
+        place = self._target(target, value.kind)
+        return Assign(place, self._of_kind(value, place.kind, target))
+
+    def _target(self, target: ast.expr, kind: Kind) -> Name | Item:
+        """What gets a value of a kind."""
         match target:
             case ast.Name(id=name):
-                kind = self._declare(name, value.kind, target)
-                if kind == "real":
-                    value = _real(value)
-                elif kind != value.kind:
-                    raise self._refused(target, f"{name} changes from {kind} to {value.kind}")
-                return Assign(Name(name, kind), value)
-            case ast.Subscript(value=ast.Name(id=array), slice=index):
-                if array not in self._entry.written:
-                    raise self._refused(target, f"writes into {array}, which it only reads")
-                return Assign(Item(array, self._index(array, index)), _real(value))
+                return Name(name, self._declare(name, kind, target))
+            case ast.Subscript(value=node, slice=index):
+                if (array := self._array(node)) is not None:
+                    self._writes(array.name, target)
+                    return self._item(array, index)
         raise self._refused(target, "is no variable")
 
+    def _of_kind(self, value: Expression, kind: Kind, node: ast.AST) -> Expression:
+        """A value as one of a kind."""
+        if kind == "real" and value.kind == "whole":
+            return _real(value)
+        if kind != value.kind:
+            raise self._refused(node, f"is {value.kind}, not {kind}")
+        return value
+
+    def _writes(self, array: str, node: ast.AST) -> None:
+        """An array among the arguments is written."""
+        if self._entry.written is not None and array not in self._entry.written:
+            raise self._refused(node, f"writes into {array}, which it only reads")
+        self._written.add(array)
+
     def _declare(self, name: str, kind: Kind, node: ast.AST) -> Kind:
-        if name in self._entry.arrays or name in self._entry.absent:
+        if name in self._arrays or name in self._entry.absent:
             raise self._refused(node, f"{name} is an argument")
         if name not in self._kinds:
             self._kinds[name] = kind
@@ -314,14 +445,38 @@ class _FunctionReader:
             raise self._refused(node, "asks a number whether it is true: compare it")
         return truth
 
-    def _index(self, array: str, node: ast.expr) -> Expression:
-        place = self._expression(node)
-        if place.kind != "whole":
+    def _array(self, node: ast.expr) -> Array | None:
+        """An array by its name, or what begins within it; None for any other expression."""
+        match node:
+            case ast.Name(id=name):
+                return self._arrays.get(name)
+            case ast.Call(func=ast.Name(id=name), args=[first, *rest]):
+                intrinsic, array = self._outside(name), self._array(first)
+                if array is None or intrinsic not in (beginning, further):
+                    return None
+                places = [self._expression(n) for n in rest]
+                if not all(isinstance(p, Number) and p.kind == "whole" for p in places):
+                    raise self._refused(node, "begins where nobody knows")
+                on = sum(int(p.value) for p in places if isinstance(p, Number))
+                return replace(array, length=0, offset=array.offset + on)
+        return None
+
+    def _item(self, array: Array, node: ast.expr) -> Item:
+        """An element, of a table by its row and its column."""
+        places = [self._expression(n) for n in (node.elts if isinstance(node, ast.Tuple) else [node])]
+        if any(place.kind != "whole" for place in places):
             raise self._refused(node, "is an index that is no whole number")
-        length = self._entry.arrays[array]
-        if isinstance(place, Number) and not 0 <= place.value < length:
-            raise self._refused(node, f"reads {array}[{place.value}], it has {length}")
-        return place
+        if len(places) != 1 + (array.columns > 1):
+            raise self._refused(node, f"is no index of {array.name}")
+        index = places[0]
+        if array.columns > 1:
+            row = _by_two("*", index, Number(array.columns, "whole"))
+            index = _by_two("+", row, places[1])
+        if isinstance(index, Number) and not 0 <= index.value < (array.length or math.inf):
+            raise self._refused(node, f"reads {array.name}[{index.value}], it has {array.length}")
+        if array.offset:
+            index = _by_two("+", index, Number(array.offset, "whole"))
+        return Item(array.name, index)
 
     def _expression(  # noqa: C901, PLR0911, PLR0912 - one case a line
         self, node: ast.expr
@@ -337,10 +492,11 @@ class _FunctionReader:
                 return self._named(name, node)
             case ast.Attribute(value=ast.Name(), attr=attr) if attr in _CONSTANTS:
                 return Number(_CONSTANTS[attr])
-            case ast.Subscript(value=ast.Name(id=array), slice=index) if (
-                array in self._entry.arrays
-            ):
-                return Item(array, self._index(array, index))
+            case ast.Subscript(value=array_node, slice=index) if (
+                array := self._array(array_node)
+            ) is not None:
+                item = self._item(array, index)
+                return self._element(item) or item
             case ast.Subscript(
                 value=ast.Name(id=name), slice=ast.Constant(value=int() as index)
             ) if isinstance(values := self._entry.constants.get(name), tuple) and 0 <= index < len(
@@ -356,22 +512,29 @@ class _FunctionReader:
                 return Unary("not", inner, "truth")
             case ast.BinOp(left=left, op=op, right=right):
                 return self._binary(op, self._expression(left), self._expression(right), node)
+            case ast.Compare(
+                left=left, ops=[ast.In() | ast.NotIn() as op], comparators=[ast.Tuple(elts=elements)]
+            ):
+                equal = [self._compared([left, e], [ast.Eq()], node) for e in elements]
+                found = Joined("or", tuple(equal))
+                return found if isinstance(op, ast.In) else Unary("not", found, "truth")
             case ast.Compare(left=left, ops=ops, comparators=others):
                 return self._compared([left, *others], ops, node)
             case ast.BoolOp(op=op, values=nodes):
                 return self._joined("and" if isinstance(op, ast.And) else "or", nodes)
             case ast.IfExp(test=test, body=yes, orelse=no):
                 return self._choice(self._truth(test), yes, no)
-            case ast.Call(func=func, args=arguments, keywords=[]):
-                return self._call(func, arguments, node)
+            case ast.Call():
+                value = self._called(node, 1)
+                return self._translation.known_value(value) or value
         raise self._refused(node, "is an expression that other languages are not told")
 
-    def _place(self, name: str, index: int, node: ast.expr) -> Number:
-        """An element of an argument that is a tuple of whole numbers."""
-        values = self._entry.constants.get(name)
-        if not (isinstance(values, tuple) and 0 <= index < len(values)):
-            raise self._refused(node, "is an expression that other languages are not told")
-        return Number(values[index], "whole")
+    def _element(self, item: Item) -> Number | None:
+        """An element that is known: a function's address is some number above 0."""
+        if not isinstance(item.index, Number):
+            return None
+        value = self._entry.known.get(item.array, {}).get(int(item.index.value))
+        return None if value is None else Number(1.0 if callable(value) else float(value))
 
     def _joined(self, sign: Literal["and", "or"], nodes: Sequence[ast.expr]) -> Expression:
         """Truths joined; a known one is left out, or decides, and what follows is not read."""
@@ -381,7 +544,7 @@ class _FunctionReader:
             if not isinstance(part, Truth):
                 parts.append(part)
             elif part.value != (sign == "and"):
-                return part if not parts else Joined(sign, (*parts, part))
+                return part if all(map(is_pure, parts)) else Joined(sign, (*parts, part))
         if not parts:
             return Truth(sign == "and")
         return parts[0] if len(parts) == 1 else Joined(sign, tuple(parts))
@@ -414,15 +577,11 @@ class _FunctionReader:
         if sign is None or "truth" in (left.kind, right.kind):
             raise self._refused(node, "is an operation that other languages are not told")
         whole = left.kind == right.kind == "whole" and sign != "/"
-        if sign == "//" and not whole:
-            raise self._refused(node, "divides reals without a rest: write it out")
+        if sign in ("//", "%") and not whole:
+            raise self._refused(node, "divides reals with a rest or without: write it out")
         if not whole:
             left, right = _real(left), _real(right)
-        if isinstance(left, Number) and isinstance(right, Number):
-            return _folded(sign, left, right, whole=whole)
-        if sign == "*" and isinstance(left, Number) and left.value == 1:
-            return right
-        return Binary(sign, left, right, "whole" if whole else "real")
+        return _by_two(sign, left, right)
 
     def _compared(
         self, nodes: Sequence[ast.expr], ops: Sequence[ast.cmpop], node: ast.AST
@@ -431,7 +590,8 @@ class _FunctionReader:
         comparisons: list[Compare] = []
         for left, op, right in zip(sides, ops, sides[1:], strict=False):
             sign = _COMPARED.get(type(op))
-            if sign is None or "truth" in (left.kind, right.kind):
+            truths = [left.kind, right.kind].count("truth")
+            if sign is None or (truths and (truths == 1 or sign not in ("==", "!="))):
                 raise self._refused(node, "is a comparison that other languages are not told")
             if left.kind != right.kind:
                 left, right = _real(left), _real(right)  # noqa: PLW2901 - the same values
@@ -451,58 +611,129 @@ class _FunctionReader:
             a, b = _real(a), _real(b)
         return Conditional(test, a, b, a.kind)
 
-    def _call(self, func: ast.expr, arguments: Sequence[ast.expr], node: ast.expr) -> Expression:
+    def _called(self, node: ast.Call, results: int) -> Expression:
+        """A call that gives so many results."""
+        func, arguments = node.func, node.args
         name = func.id if isinstance(func, ast.Name) else getattr(func, "attr", "")
-        if name == "len" and len(arguments) == 1 and isinstance(arguments[0], ast.Name):
-            array = arguments[0].id
-            if array in self._entry.arrays:
-                return Number(self._entry.arrays[array], "whole")
+        if node.keywords:
+            raise self._refused(node, "names its arguments")
+        if name == "len" and len(arguments) == 1:
+            array = self._array(arguments[0])
+            if array is not None and array.length:
+                return Number(array.length // array.columns, "whole")
         if name in self._entry.functions:
-            return self._program_call(self._entry.functions[name], arguments, node)
-        math_name = {"fabs": "abs"}.get(name, name)
+            return self._program_call(self._entry.functions[name], arguments, node, results)
         if name == "float" and len(arguments) == 1:
             return _real(self._expression(arguments[0]))
-        if math_name in MATH_FUNCTIONS and not self._users_own(func):
-            values = tuple(self._expression(g) for g in arguments)
-            if len(values) < MATH_FUNCTIONS[math_name] or (
-                len(values) > MATH_FUNCTIONS[math_name] and math_name not in ("min", "max")
-            ):
-                raise self._refused(node, f"{name} takes {MATH_FUNCTIONS[math_name]} values here")
-            return _known_call(math_name, tuple(map(_real, values)))
+        if not self._users_own(func) and (known := self._math(func, name, arguments, node)):
+            return known
         callee = self._outside(name) if isinstance(func, ast.Name) else None
+        if callee is called:  # by the address that stands in a row
+            row, place, *handed = arguments
+            array, at = self._array(row), self._expression(place)
+            known_there = self._entry.known.get(array.name, {}) if array is not None else {}
+            where = int(at.value) if isinstance(at, Number) else -1
+            callee, begin = known_there.get(where), known_there.get(where + 1)
+            if array is None or begin is None or not callable(callee):
+                raise self._refused(node, "is a call by an address that is not known")
+            name = python_function(callee).__name__
+            constants = replace(array, length=0, offset=array.offset + int(begin))
+            return self._function_call(callee, name, [*handed[:-1], constants, handed[-1]],
+                                       node, results)  # fmt: skip
         if not inspect.isfunction(python_function(callee)):
             raise self._refused(node, f"{name or 'it'} is a call that other languages are not told")
+        return self._function_call(callee, name, arguments, node, results)
+
+    def _math(
+        self, func: ast.expr, name: str, arguments: Sequence[ast.expr], node: ast.expr
+    ) -> Expression | None:
+        """A function of the mathematics, if that is what is called."""
+        if name == "isnan" and len(arguments) == 1:
+            number = self._expression(arguments[0])
+            return Compare("!=", number, number)
+        name = {"fabs": "abs"}.get(name, name)
+        if name not in MATH_FUNCTIONS or (name == "round" and isinstance(func, ast.Name)):
+            return None
+        values = tuple(self._expression(g) for g in arguments)
+        if len(values) < MATH_FUNCTIONS[name] or (
+            len(values) > MATH_FUNCTIONS[name] and name not in ("min", "max")
+        ):
+            raise self._refused(node, f"{name} takes {MATH_FUNCTIONS[name]} values here")
+        return _known_call(name, tuple(map(_real, values)))
+
+    def _function_call(
+        self, callee: Any, name: str, arguments: Sequence[ast.expr | Array], node: ast.expr,
+        results: int,
+    ) -> Call:  # fmt: skip
+        """A call of a function that is translated as far as it is not known here."""
         if python_function(callee) in self._translation.being_read:
             raise self._refused(node, f"{name} calls itself: write a loop")
-        names = inspect.signature(python_function(callee)).parameters
-        lengths = {
-            to: self._entry.arrays[argument.id]
-            for to, argument in zip(names, arguments, strict=False)
-            if isinstance(argument, ast.Name) and argument.id in self._entry.arrays
-        }
-        unique = self._translation.translated_name(callee, name, lengths)
-        return self._program_call(unique, arguments, node)
+        names = tuple(inspect.signature(python_function(callee)).parameters)
+        source = FunctionSource(name, callee, {}, None)
+        arrays: dict[str, int | tuple[int, int]] = {}
+        known: dict[str, Mapping[int, Any]] = {}
+        passed: dict[str, dict[str, Any]] = {"drop": {}, "constants": {}, "functions": {}}
+        for parameter, argument in zip(names, arguments, strict=False):
+            value = self._argument(argument)
+            if isinstance(value, Array):
+                rows = value.length // value.columns
+                arrays[parameter] = (rows, value.columns) if value.columns > 1 else rows
+                if not value.offset and value.name in self._entry.known:
+                    known[parameter] = self._entry.known[value.name]
+            elif isinstance(value, _Known):
+                passed[value.field][parameter] = value.value
+        source = replace(
+            source, arrays=arrays, known=known, drop=tuple(passed["drop"]),
+            constants=passed["constants"], functions=passed["functions"],
+        )  # fmt: skip
+        unique = self._translation.translated_name(source)
+        return self._program_call(unique, arguments, node, results)
 
-    def _program_call(self, name: str, values: Sequence[ast.expr], node: ast.expr) -> Call:
+    def _argument(self, argument: ast.expr | Array) -> Array | _Known | None:
+        """An argument that is an array, or known; None for a value."""
+        if isinstance(argument, Array):
+            return argument
+        if (array := self._array(argument)) is not None:
+            return array
+        if isinstance(argument, ast.Constant | ast.Compare | ast.BoolOp):
+            value = self._expression(argument)
+            return _Known("constants", value.value) if isinstance(value, Truth) else None
+        name = argument.id if isinstance(argument, ast.Name) else ""
+        if name in self._entry.drop:
+            return _Known("drop")
+        if name in self._entry.constants:
+            return _Known("constants", self._entry.constants[name])
+        if name in self._entry.functions:
+            return _Known("functions", self._entry.functions[name])
+        return None
+
+    def _program_call(
+        self, name: str, values: Sequence[ast.expr | Array], node: ast.expr, results: int
+    ) -> Call:
         """A call of a function of the program, without the arguments that it does not have."""
-        entry = self._translation.entries[name]
+        entry, function = self._translation.entries[name], self._translation.functions[name]
         names = inspect.signature(python_function(entry.function)).parameters
         if len(names) != len(values):
             raise self._refused(node, f"{name} takes {len(names)} arguments")
+        if results and len(function.results) != results:
+            raise self._refused(node, f"gives {len(function.results)} values, not {results}")
+        handed = dict(zip(names, values, strict=True))
         arguments: list[Expression] = []
-        for parameter, argument in zip(names, values, strict=True):
-            if parameter in entry.absent:
-                continue
-            if parameter not in entry.arrays:
-                arguments.append(_real(self._expression(argument)))
-                continue
-            array = argument.id if isinstance(argument, ast.Name) else ""
-            if self._entry.arrays.get(array) != entry.arrays[parameter]:
-                raise self._refused(node, f"{parameter} is an array of {entry.arrays[parameter]}")
-            if parameter in entry.written and array not in self._entry.written:
-                raise self._refused(node, f"{name} writes into {array}, which is only read here")
-            arguments.append(Array(array, entry.arrays[parameter], parameter in entry.written))
-        return Call(name, tuple(arguments))
+        for formal in function.arguments:
+            argument = handed[formal.name]
+            array = self._argument(argument)
+            if isinstance(formal, Name) and not isinstance(argument, Array):
+                value = self._expression(argument)
+                arguments.append(self._of_kind(value, formal.kind, argument))
+            elif isinstance(formal, Array) and isinstance(array, Array):
+                if array.length < formal.length or array.columns != formal.columns:
+                    raise self._refused(node, f"{formal.name} is an array of {formal.length}")
+                if formal.written:
+                    self._writes(array.name, node)
+                arguments.append(replace(array, written=formal.written))
+            else:
+                raise self._refused(node, f"{formal.name} is an array, or is none")
+        return Call(name, tuple(arguments), (*function.results, "real")[0])
 
     def _users_own(self, func: ast.expr) -> bool:
         """Whether a name that is known elsewhere means a function of the user's here."""
@@ -521,8 +752,9 @@ class _FunctionReader:
         return InputError(f"{what}: cannot be translated: {name}, line {line}: `{text:.60}`: {why}")
 
 
-_SIGNS: Mapping[type[ast.operator], Literal["+", "-", "*", "/", "//"]] = {
-    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//",
+Operation = Literal["+", "-", "*", "/", "//", "%"]
+_SIGNS: Mapping[type[ast.operator], Operation] = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%",
 }  # fmt: skip
 _COMPARED: Mapping[type[ast.cmpop], Literal["<", "<=", ">", ">=", "==", "!="]] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
@@ -537,6 +769,7 @@ _BY_TWO: Mapping[str, Callable[[float, float], float]] = {
     "*": lambda a, b: a * b,
     "/": lambda a, b: a / b if b else math.copysign(math.inf, a) * math.copysign(1.0, b),
     "//": lambda a, b: a // b,
+    "%": lambda a, b: a % b,
 }
 
 
@@ -555,9 +788,15 @@ def _negative(expression: Expression) -> Expression:
     return Unary("-", expression, expression.kind)
 
 
-def _folded(sign: str, left: Number, right: Number, *, whole: bool) -> Number:
-    value = _BY_TWO[sign](left.value, right.value)
-    return Number(int(value), "whole") if whole else Number(float(value))
+def _by_two(sign: Operation, left: Expression, right: Expression) -> Expression:
+    """An operation on two values of one kind, carried out where both are known."""
+    kind: Kind = left.kind
+    if isinstance(left, Number) and isinstance(right, Number):
+        value = _BY_TWO[sign](left.value, right.value)
+        return Number(int(value), "whole") if kind == "whole" else Number(float(value))
+    if sign == "*" and isinstance(left, Number) and left.value == 1:
+        return right
+    return Binary(sign, left, right, kind)
 
 
 def _power(base: Expression, exponent: Expression) -> Expression:
@@ -568,13 +807,32 @@ def _power(base: Expression, exponent: Expression) -> Expression:
     return _known_call("pow", (_real(base), _real(exponent)))
 
 
+_BUILT_IN: Mapping[str, Callable[..., float]] = {"abs": abs, "min": min, "max": max, "round": round}
+
+
 def _known_call(name: str, arguments: tuple[Expression, ...]) -> Expression:
     if len(arguments) > MATH_FUNCTIONS[name]:  # min and max of more than two
         return _known_call(name, (_known_call(name, arguments[:2]), *arguments[2:]))
     if all(isinstance(g, Number) for g in arguments):
-        function: Any = {"abs": abs, "min": min, "max": max}.get(name) or getattr(math, name)
+        function: Any = _BUILT_IN.get(name) or getattr(math, name)
         return Number(float(function(*(g.value for g in arguments if isinstance(g, Number)))))
     return Call(name, arguments)
+
+
+def _kind(annotation: ast.expr | None) -> Kind:
+    """The kind of an argument or a result, by its annotation."""
+    name = annotation.id if isinstance(annotation, ast.Name) else ""
+    return "whole" if name == "int" else "truth" if name == "bool" else "real"
+
+
+def _results(annotation: ast.expr | None) -> tuple[Kind, ...]:
+    """The kinds of what a function gives, by its annotation."""
+    match annotation:
+        case ast.Constant(value=None):
+            return ()
+        case ast.Subscript(value=ast.Name(id="tuple"), slice=ast.Tuple(elts=several)):
+            return tuple(map(_kind, several))
+    return (_kind(annotation),)
 
 
 def _ends(body: Sequence[Statement]) -> bool:

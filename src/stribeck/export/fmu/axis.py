@@ -12,18 +12,12 @@ import numpy as np
 
 from ...errors import InputError
 from ...rig.equation import Equation
-from ...rig.motion.axis_row import Chain
-from ...rig.motion.drives import AXIS, NORMAL_LOAD, SLIDE, TEMPERATURE
+from ...rig.motion.drives import NORMAL_LOAD, TEMPERATURE
 from ...space import Param
 from ...units import convertible, unit
 from ..model import Model, identifier
-from .part_functions import part_functions
-from .symbol import Symbol, c_text
+from .symbol import Symbol
 
-Drive = Literal["AXIS_SLIDE", "AXIS_PARTS"]
-
-#: What the C calls each kind of drive.
-_DRIVES: dict[int, Drive] = {SLIDE: "AXIS_SLIDE", AXIS: "AXIS_PARTS"}
 #: Longest step, s, and way by which a step may be off, m or rad, where a rig has none of its own.
 _STEP, _TOLERANCE = 1e-3, 1e-7
 #: Speeds between which a law may fall, m/s or rad/s, and a step that is short enough for any, s.
@@ -66,20 +60,16 @@ class Axis:
     """An axis as it is exported.
 
     Args:
-        drive: What moves it.
+        drive: What moves it, of `rig.motion.drives`.
         motion: Its equation of motion, in words and signs.
-        constants: The drive's constants in C by their places; the others are 0.
-        width: How many places there are.
-        parts: The functions of its parts in C; "" for a drive that has none.
+        row: The drive's constants: numbers, symbols, and functions of parts.
         values: Outputs, inputs, settings, the law's parameters, the rig's; value references
             count them.
     """
 
-    drive: Drive
+    drive: int
     motion: str
-    constants: Mapping[int, str]
-    width: int
-    parts: str
+    row: Sequence[Any]
     values: tuple[Value, ...]
 
     def of(self, *roles: str) -> list[Value]:
@@ -114,10 +104,7 @@ def axis(model: Model) -> Axis:
             name += "_"
         used_names.add(name)
         unique.append(replace(v, name=name))
-    row = _coefficients(model, equation)
-    parts = part_functions(row) if equation.drive == AXIS else ""
-    written = {i: c_text(c) for i, c in enumerate(row) if not isinstance(c, Chain)}
-    return Axis(_DRIVES[equation.drive], equation.text, written, len(row), parts, tuple(unique))
+    return Axis(equation.drive, equation.text, _coefficients(model, equation), tuple(unique))
 
 
 def _coefficients(model: Model, equation: Equation) -> Sequence[Any]:

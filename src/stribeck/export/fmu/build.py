@@ -1,7 +1,8 @@
 """A co-simulation unit (FMI 2.0) of axis and friction, compiled for this platform, with sources.
 
-The axis is stepped in C as `rig.motion` steps it here: implicitly, extrapolated, a step halved
-where it is not good enough. FMI 2.0, since every tool that loads units loads those.
+The axis is stepped by the functions of `rig.motion` that step it here, in C (`motion.py`); by hand
+are the functions of FMI and what they call of an axis. FMI 2.0, since every tool that loads units
+loads those.
 """
 
 from __future__ import annotations
@@ -23,16 +24,22 @@ from pathlib import Path
 from ..._version import __version__
 from ...draft import Draft, settle
 from ...errors import InputError
-from ...rig.motion.drives import INPUTS, AxisConstants, AxisInputs
-from ..code.c import c
+from ...friction.law import DRIVE
+from ...rig.motion.axis_row import LOAD_ROOM
+from ...rig.motion.drive_force import LOOP_MEMORY
+from ...rig.motion.drives import ENABLED, INPUTS
+from ...rig.motion.implicit import MOST_STEPS
+from ...rig.motion.passage import MEMORY
+from ..code.c_selftest import comment
 from ..model import Model
 from .axis import Axis, axis
 from .description import described, page
-from .stepper import STEPPER
+from .motion import motion_source
+from .symbol import Symbol, c_text
 
-#: The C that is the same for every axis, and of it and of the law's what is compiled.
+#: The C that is the same for every axis, and what of it is compiled.
 _OWN = ("axis.h", "axis.c", "fmi2.h", "fmi2.c")
-_COMPILED = ["axis.c", "fmi2.c", "friction.c"]
+_COMPILED = ["axis.c", "fmi2.c"]
 #: Folder and ending of a binary, by the platform.
 _PLATFORMS = {
     "linux": ("linux64", "so"),
@@ -83,13 +90,12 @@ def fmu(model: Model, name: str = "friction", *, binary: bool = True) -> bytes:
 def _sources(model: Model, fmu_axis: Axis) -> dict[str, bytes]:
     """Names and contents of the C files, without the unit's GUID."""
     folder = Path(__file__).parent / "fmu_c"
-    sources = {n: (folder / n).read_bytes() for n in _OWN}
-    law = c(model)
-    sources |= {n: law[n] for n in ("friction.h", "friction.c")}
+    motion = comment(["The motion of this axis, translated from the library that made the unit."])
+    motion += "\n" + motion_source(model.law, fmu_axis.drive, fmu_axis.row)
     return {
-        **sources,
+        **{n: (folder / n).read_bytes() for n in _OWN},
         "axis_model.h": _values(model, fmu_axis).encode(),
-        "axis_parts.h": f"/* What moves this axis, part by part. */\n{fmu_axis.parts}".encode(),
+        "axis_motion.h": motion.encode(),
     }
 
 
@@ -98,20 +104,22 @@ def _values(model: Model, fmu_axis: Axis) -> str:
     inputs = fmu_axis.of("input")
     setting = fmu_axis.first("setting")
     law = fmu_axis.first("law")
+    held = {v.place for v in inputs if v.fixed}
     defined: dict[str, object] = {
-        "AXIS_DRIVE": fmu_axis.drive,
-        "AXIS_STATES": model.law.states,
-        "AXIS_LOADED": int(bool(model.law.loads or model.law.terms)),
+        "AXIS_BRISTLES": max(model.law.states, 1),
+        "AXIS_LOADS": LOAD_ROOM,
+        "AXIS_DRIVE": DRIVE,
+        "AXIS_MEMORY": MEMORY,
+        "AXIS_LOOP_MEMORY": LOOP_MEMORY,
+        "AXIS_MOST_STEPS": MOST_STEPS,
         "AXIS_VALUES": len(fmu_axis.values),
         "AXIS_FIRST_INPUT": fmu_axis.first("input"),
         "AXIS_INPUTS": len(inputs),
         "AXIS_PLACES": f"{{{', '.join(str(v.place) for v in inputs)}}}",
-        "AXIS_HELD": f"{{{', '.join(str(int(v.fixed)) for v in inputs)}}}",
+        "AXIS_HELD": f"{{{', '.join(str(float(i in held)) for i in range(INPUTS))}}}",
         "AXIS_PLACES_OF_INPUTS": INPUTS,
-        "AXIS_WIDTH": fmu_axis.width,
-        **STEPPER,
-        **{f"C_{name.upper()}": i for i, name in enumerate(AxisConstants._fields)},
-        **{f"U_{name.upper()}": i for i, name in enumerate(AxisInputs._fields)},
+        "AXIS_ENABLED": ENABLED,
+        "AXIS_WIDTH": len(fmu_axis.row),
         "AXIS_POSITION": 0,
         "AXIS_VELOCITY": 1,
         "AXIS_DRIVE_FORCE": 2,
@@ -123,14 +131,13 @@ def _values(model: Model, fmu_axis: Axis) -> str:
         "AXIS_LAW": law,
     }
     defined |= {f"R_{value.symbol}": i for i, value in enumerate(fmu_axis.values) if value.symbol}
-    constants = " ".join(f"c[{i}] = {text};" for i, text in fmu_axis.constants.items())
+    symbols = {i: x for i, x in enumerate(fmu_axis.row) if isinstance(x, Symbol | float | int)}
+    constants = " ".join(f"c[{i}] = {c_text(x)};" for i, x in symbols.items())
     defined["AXIS_CONSTANTS_FROM(r)"] = constants
     starts = ", ".join(_number(v.start) for v in fmu_axis.values)
     return "\n".join(
         [
-            "/* This axis: its drive, and where its values stand. */",
-            "#include <math.h>",
-            "",
+            "/* This axis: where its values stand. */",
             *(f"#define {name} {value}" for name, value in defined.items()),
             f"#define AXIS_START_VALUES {{{starts}}}",
             "",

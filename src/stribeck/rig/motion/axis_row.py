@@ -26,6 +26,10 @@ from .drives import (
     EXTERNAL_FORCE,
     FEED_FORWARD,
     FOLLOWS,
+    FORCE_LIMIT,
+    HOLD,
+    LIMIT,
+    MOTOR_FRICTION,
     NORMAL_LOAD,
     Addressable,
     AxisConstants,
@@ -43,10 +47,6 @@ SLOTS: tuple[Slot, ...] = get_args(Slot)
 WHOLE = len(AxisConstants._fields)
 WAY, DEMANDED, MOTOR, CONSTANTS = range(WHOLE + 2, WHOLE + 10, 2)
 _APART: Sequence[Slot] = ("way", "demand", "motor")
-#: Where it has what limits demand and force.
-HOLD, LIMIT, FORCE_LIMIT, MOTOR_FRICTION = map(
-    AxisConstants._fields.index, ("hold", "limit", "force_limit", "motor_friction")
-)
 #: What stands behind the loads of a law: a demand that is held, what acts on the load at the
 #: position, and how fast that falls with it; the slopes of a force on its way through the parts;
 #: and how long the row then is.
@@ -83,17 +83,14 @@ class Chain(Addressable):
     parts: tuple[tuple[Slot, PartFunction, int], ...]
     whole: bool = False
 
-    def address(self) -> float:
-        """Of their machine code."""
-        return address_of(_whole_drive(self.parts) if self.whole else _chained(self.parts))
+    @property
+    def function(self) -> PartFunction:
+        """The one that they are together."""
+        return _whole_drive(self.parts) if self.whole else _chained(self.parts)
 
-    def places(self) -> list[tuple[Slot, PartFunction, int]]:
-        """Where each acts, its function, and where its constants begin in the row."""
-        begin, places = CONSTANTS, []
-        for slot, function, n in self.parts:
-            places.append((slot, function, begin))
-            begin += n
-        return places
+    def address(self) -> float:
+        """Of its machine code."""
+        return address_of(self.function)
 
 
 def axis_row(constants: AxisConstants, stages: Sequence[Stage]) -> tuple[Any, ...]:

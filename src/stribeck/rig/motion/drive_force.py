@@ -17,14 +17,29 @@ from .axis_row import DAMP, DEMANDED, MOTOR, SET, STIFF, WAY, WHOLE
 from .drives import (
     AXIS,
     CLOCKED,
+    DIFFERENCE,
+    F_FM,
+    FEED_FORWARD,
     FOLLOWS,
+    HOLD,
     INPUTS,
+    INTEGRATES,
+    K_HAT_M,
+    K_HAT_P,
+    K_SPRING_M,
+    K_SPRING_P,
     LATE,
-    AxisConstants,
-    AxisInputs,
-    SlideConstants,
-    SlideInputs,
+    LATE_NOW,
+    LIMIT,
+    NORMAL_LOAD,
+    RESOLUTION,
+    SAMPLE_TIME,
+    SAMPLED_NOW,
+    SLIDE_ADDED,
+    SLIDE_COMMAND,
+    START,
 )
+from .drives import TEMPERATURE as TEMPERATURE_NOW
 from .part_call import DAMPING, STIFFNESS, beginning, called, further
 
 #: What a sampled controller remembers: the demands of the last sample and of the one before, the
@@ -32,24 +47,6 @@ from .part_call import DAMPING, STIFFNESS, beginning, called, further
 #: Behind it is room for the slopes of a demand.
 LAST, BEFORE, LAST_POSITION, POSITION_BEFORE, INTEGRAL, SLOPES = range(6)
 LOOP_MEMORY = SLOPES + 2
-
-
-@compiled(forceinline=True)
-def axis_constants(c: Array) -> AxisConstants:
-    """What the row of an axis of parts begins with, by name."""
-    return AxisConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9])
-
-
-@compiled(forceinline=True)
-def axis_inputs(u: Array) -> AxisInputs:
-    """A row of inputs by their names."""
-    return AxisInputs(u[0], u[1], u[2], u[3], u[4], u[5], u[6], u[7], u[8], u[9])
-
-
-@compiled(forceinline=True)
-def slide_constants(c: Array) -> SlideConstants:
-    """A row of constants by their names."""
-    return SlideConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10])
 
 
 @compiled(forceinline=True)
@@ -69,29 +66,28 @@ def driven(
     if kind == AXIS:
         total = called(beginning(c), WHOLE, 0.0, q, v, beginning(u), beginning(load))
         return c[0], total, load[DAMP], load[STIFF]
-    load[NORMAL], load[POSITION], load[TEMPERATURE] = u[0], q, u[1]
-    bed, slide = slide_constants(c), SlideInputs(u[0], u[1], u[2], u[3])
-    e = slide.command - q
-    k, k_hat = bed.k_spring_minus, bed.k_hat_minus
+    load[NORMAL], load[POSITION], load[TEMPERATURE] = u[NORMAL_LOAD], q, u[TEMPERATURE_NOW]
+    e = u[SLIDE_COMMAND] - q
+    k, k_hat = c[K_SPRING_M], c[K_HAT_M]
     if e > 0.0:
-        k, k_hat = bed.k_spring_plus, bed.k_hat_plus
-    motor = k_hat * e + slide.added
-    load[DRIVE] = k * e + max(motor - bed.F_fm, 0.0) + min(motor + bed.F_fm, 0.0)
+        k, k_hat = c[K_SPRING_P], c[K_HAT_P]
+    motor = k_hat * e + u[SLIDE_ADDED]
+    load[DRIVE] = k * e + max(motor - c[F_FM], 0.0) + min(motor + c[F_FM], 0.0)
     load[EXTERNAL] = 0.0
-    return bed.m, load[DRIVE], 0.0, k + k_hat if abs(motor) > bed.F_fm else k
+    return c[0], load[DRIVE], 0.0, k + k_hat if abs(motor) > c[F_FM] else k
 
 
 @compiled(forceinline=True)
 def held_demand(kind: int, c: Array) -> bool:
     """Whether the demand of a drive is held from sample to sample."""
-    return kind == AXIS and axis_constants(c).hold > FOLLOWS
+    return kind == AXIS and c[HOLD] > FOLLOWS
 
 
 @compiled(forceinline=True)
-def _read(axis: AxisConstants, q: float) -> float:
+def _read(c: Array, q: float) -> float:
     """The position that a sampled controller reads."""
-    if axis.resolution > 0.0:
-        return axis.resolution * np.round(q / axis.resolution)  # type: ignore[no-any-return]
+    if c[RESOLUTION] > 0.0:
+        return c[RESOLUTION] * np.round(q / c[RESOLUTION])  # type: ignore[no-any-return]
     return q
 
 
@@ -108,48 +104,44 @@ def _seen(c: Array, u: Array, q: float, v: float, last: Array) -> tuple[float, f
 @compiled(forceinline=True)
 def _computed(c: Array, u: Array, q: float, v: float, last: Array) -> float:
     """The demand that a sampled controller computes, which is what it asks for from now on."""
-    axis, wish, demand = axis_constants(c), axis_inputs(u), 0.0
+    demand = 0.0
     q, v = _seen(c, u, q, v, last)
-    q = _read(axis, q)
-    if axis.difference > SET:
-        v = (q - last[POSITION_BEFORE]) / (2.0 * axis.T)
+    q = _read(c, q)
+    if c[DIFFERENCE] > SET:
+        v = (q - last[POSITION_BEFORE]) / (2.0 * c[SAMPLE_TIME])
     if c[DEMANDED] > 0.0:
         slope = further(beginning(last), SLOPES)
         demand = called(beginning(c), DEMANDED, 0.0, q, v, beginning(u), slope)
-    if axis.k_i > 0.0:  # what it integrates alone never asks for more than the limit
-        total = last[INTEGRAL] + axis.k_i * axis.T * demand
-        last[INTEGRAL] = min(max(total, -axis.limit), axis.limit)
-    demand += wish.feed_forward + last[INTEGRAL]
+    if c[INTEGRATES] > 0.0:  # what it integrates alone never asks for more than the limit
+        total = last[INTEGRAL] + c[INTEGRATES] * c[SAMPLE_TIME] * demand
+        last[INTEGRAL] = min(max(total, -c[LIMIT]), c[LIMIT])
+    demand += u[FEED_FORWARD] + last[INTEGRAL]
     last[LAST_POSITION], last[POSITION_BEFORE] = q, last[LAST_POSITION]
-    return min(max(demand, -axis.limit), axis.limit)  # type: ignore[no-any-return]
+    return min(max(demand, -c[LIMIT]), c[LIMIT])  # type: ignore[no-any-return]
 
 
 @compiled(forceinline=True)
 def loop_reset(c: Array, u: Array, q: float, v: float, last: Array) -> None:
     """What a sampled controller remembers at its start: an axis at a constant velocity."""
-    axis = axis_constants(c)
     last[:] = 0.0
     q_m, v_m = _seen(c, u, q, v, last)
-    last[LAST_POSITION] = _read(axis, q_m - axis.T * v_m)
-    last[POSITION_BEFORE] = _read(axis, q_m - 2.0 * axis.T * v_m)
-    demand = axis.start
+    before, second = _read(c, q_m - c[SAMPLE_TIME] * v_m), _read(c, q_m - 2 * c[SAMPLE_TIME] * v_m)
+    last[LAST_POSITION], last[POSITION_BEFORE] = before, second
+    demand = c[START]
     if np.isnan(demand):
         demand = _computed(c, u, q, v, last)
-    last[LAST] = last[BEFORE] = demand
-    last[INTEGRAL] = 0.0
-    last[LAST_POSITION] = _read(axis, q_m - axis.T * v_m)
-    last[POSITION_BEFORE] = _read(axis, q_m - 2.0 * axis.T * v_m)
+    last[LAST], last[BEFORE], last[INTEGRAL] = demand, demand, 0.0
+    last[LAST_POSITION], last[POSITION_BEFORE] = before, second
 
 
 @compiled(forceinline=True)
 def demanded(c: Array, u: Array, q: float, v: float, last: Array) -> float:
     """The demand in force from a sample on; the controller computes the next one there."""
-    axis, wish = axis_constants(c), axis_inputs(u)
-    clocked = axis.hold == CLOCKED
-    if not clocked or wish.sampled > SET:
+    clocked = c[HOLD] == CLOCKED
+    if not clocked or u[SAMPLED_NOW] > SET:
         demand = _computed(c, u, q, v, last)
         last[LAST], last[BEFORE] = demand, last[LAST]
-    late = wish.late > SET if clocked else axis.hold == LATE
+    late = u[LATE_NOW] > SET if clocked else c[HOLD] == LATE
     return last[BEFORE] if late else last[LAST]  # type: ignore[no-any-return]
 
 

@@ -53,6 +53,13 @@ class AxisConstants(NamedTuple):
     motor_friction: Any = 0.0
 
 
+#: The columns of what the row of an axis of parts begins with.
+(
+    MOVING, LIMIT, HOLD, INTEGRATES, SAMPLE_TIME, DIFFERENCE, RESOLUTION, START, FORCE_LIMIT,
+    MOTOR_FRICTION,
+) = range(len(AxisConstants._fields))  # fmt: skip
+
+
 class AxisInputs(NamedTuple):
     """Inputs of an axis; a rig states the first of them, the others stay as here.
 
@@ -127,16 +134,8 @@ class SlideConstants(NamedTuple):
 ) = range(len(SlideConstants._fields))  # fmt: skip
 
 
-class SlideInputs(NamedTuple):
-    """Inputs of a slide: normal load, temperature, position commanded, force added to the motor."""
-
-    normal: Any
-    temperature: Any
-    command: Any
-    added: Any
-
-
-#: Where the slide's own two stand.
+#: Where the inputs of a slide stand that are its own: its position commanded, and what is added to
+#: the motor's force. Its normal load and temperature stand where those of an axis of parts do.
 SLIDE_COMMAND, SLIDE_ADDED = 2, 3
 
 

@@ -50,13 +50,14 @@ def acceleration(
 @compiled(forceinline=True)
 def explicit_step(  # noqa: C901 - the stages of one method
     slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array, inputs: Array,
-    held: Array, k: int, begin: float, share: float, h: float, base: float, way: float, q: float,
-    v: float, a_0: float, tolerance: float, none: Array, load: Array, out: Array, u: Array,
+    held: Array, k: int, begin: float, share: float, h: float, base: float, way: float,
+    band: float, q: float, v: float, a_0: float, tolerance: float, none: Array, load: Array,
+    out: Array, u: Array,
 ) -> tuple[float, float, float, float, float]:  # fmt: skip
     """A step by Nyström's explicit method of order 4, of an axis that does not stop in it.
 
     Returns position, velocity and acceleration after it, its error, m or rad (inf where a velocity
-    within it is not on the side `way` of rest), and the rate at which the velocity decays, 1/s.
+    within it is not above `band` on the side `way` of rest), and the rate at which the velocity decays, 1/s.
 
     The acceleration is a parabola through its values at the start, the middle and the end. The
     error is at most a third of the second difference of these, whatever lies between them; where
@@ -66,7 +67,7 @@ def explicit_step(  # noqa: C901 - the stages of one method
     q_1, v_1, a_1, a_2, a_3, a_4, a_m, a_q = q, v, a_0, a_0, a_0, a_0, a_0, a_0
     slope, bend, error, rate = 0.0, 0.0, 0.0, 0.0
     for stage in range(6):
-        if not way * v_s > 0.0:
+        if not way * v_s > band:
             return q, v, a_0, np.inf, 0.0
         if stage not in (1, 3):  # at the same instant as the one before
             mixed(inputs, held, k, begin + at * share, u)

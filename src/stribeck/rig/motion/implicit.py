@@ -147,7 +147,7 @@ def _rows(  # a loop over candidates and samples
                 break
             q, v, steps_left = passed(
                 slip, rub, general, states, kind, a, term, b, inputs, held, k, parts[k],
-                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, memory,
+                t[k + 1] - t[k], tolerance, False, q, v, z, coarse, half, fine, u, load, memory,
                 steps_left,
             )  # fmt: skip
 

@@ -25,7 +25,10 @@ velocity decays by more than that, it is taken implicitly.
 
 A law without states sticks. It stops at the instant at which its velocity is zero, which is
 located: within a step friction keeps its sign. Then it rests until the force passes a breakaway
-level, which is located as well, or goes on at once, forward or backward.
+level, which is located as well, or goes on at once, forward or backward. With a band of speeds in
+which it rests, a slide stops where its speed falls to the band, and leaves rest with that speed
+when what pulls at it beyond its level amounts to an impulse: as in `event_driven`, for who steps a
+slide that sticks and has no events, a unit of `export.fmu`.
 """
 
 from __future__ import annotations
@@ -38,7 +41,7 @@ from ...compile_cache import compiled
 from ...friction.law import terms_factor
 from ...space import Array
 from .drive_force import driven, mixed
-from .drives import CLAMP, DAMPING, INERTIA, SLIDE
+from .drives import BAND, CLAMP, DAMPING, IMPULSE, INERTIA, SLIDE
 from .explicit_step import MILD, acceleration, explicit_step
 from .velocity import rubs, solved
 
@@ -60,9 +63,10 @@ STOPS = 6
 #: Breakaway is located to this share of an interval, in so many looks at most.
 INSTANT, MOST = 1e-13, 60
 #: Where `memory` keeps how steeply friction rose in half a step and in a whole one, the rate at
-#: which it lets a velocity decay, 1/s, and the square of that at which bristles swing, rad²/s².
-SLOPE, SLOPE_COARSE, DECAY, SPRING = range(4)
-MEMORY = 4
+#: which it lets a velocity decay, 1/s, the square of that at which bristles swing, rad²/s², and the
+#: impulse beyond its level at a slide at rest, N s.
+SLOPE, SLOPE_COARSE, DECAY, SPRING, PUSH = range(5)
+MEMORY = 5
 #: What is left of an interval that is none, as a share.
 _NONE = 1e-12
 
@@ -177,6 +181,33 @@ def _breakaway(
     return high, way
 
 
+@compiled()
+def _pushed(
+    slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array, inputs: Array,
+    held: Array, k: int, low: float, high: float, span: float, q: float, z: Array, load: Array,
+    out: Array, u: Array, memory: Array,
+) -> float:  # fmt: skip
+    """The way in which a slide leaves rest within a span, between two shares of an interval.
+
+    It is 0 where it rests, and the impulse beyond its level is kept.
+    """
+    g_low, way, _ = _beyond(
+        slip, rub, general, kind, p, term, c, inputs, held, k, low, q, z, load, out, u, 0.0, 0.0
+    )
+    impulse = memory[PUSH] + 0.5 * span * way * max(g_low, 0.0)
+    g_high, way, _ = _beyond(
+        slip, rub, general, kind, p, term, c, inputs, held, k, high, q, z, load, out, u, 0.0, 0.0
+    )
+    if g_high <= 0.0:  # at the end it is held
+        memory[PUSH] = 0.0
+        return 0.0
+    impulse += 0.5 * span * way * g_high
+    if abs(impulse) >= c[IMPULSE]:
+        return np.copysign(1.0, impulse)  # type: ignore[no-any-return]
+    memory[PUSH] = impulse
+    return 0.0
+
+
 @compiled(forceinline=True)
 def _keep_rates(memory: Array, states: int, mass: float, theta: float, h: float) -> None:
     """Keep how friction resists and springs back, as the slopes of a step that was tried show.
@@ -258,16 +289,18 @@ def _defect(
 @compiled(forceinline=True)
 def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
-    inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, q: float, v: float,
-    z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, memory: Array,
+    inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, banded: bool,
+    q: float, v: float, z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, memory: Array,
     steps_left: int,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Position and velocity after the interval that begins with sample k, and steps still left.
 
-    It is passed in n steps and their halves; the states go on in `z`. Where no steps are left for
+    It is passed in n steps and their halves; the states go on in `z`. A slide under a law without
+    states may be `banded`, and then has a band of speeds in which it rests. Where no steps are left for
     all of it, position and velocity are nan.
     """
     base = span / n
+    band = c[BAND] if banded else 0.0
     for j in range(n):
         at, level, stop, looks, stops, fresh, way, a_0 = 0.0, 0, 0.0, 0, 0, True, 0.0, 0.0
         mixed(inputs, held, k, j / n, u)
@@ -278,6 +311,23 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             if steps_left <= 0:
                 return np.nan, np.nan, 0
             steps_left -= 1
+            if banded and band > 0.0 and v == 0.0:
+                piece = min(0.5**level, 1.0 - at)
+                way = _pushed(
+                    slip, rub, general, kind, p, term, c, inputs, held, k, (j + at) / n,
+                    (j + at + piece) / n, base * piece, q, z, load, half, u, memory,
+                )  # fmt: skip
+                if way != 0.0 and level < FINEST:
+                    level += 1
+                    continue
+                if way != 0.0:
+                    v, memory[PUSH], fresh = way * band, 0.0, True
+                elif level > 0:
+                    level -= 1
+                at += piece
+                if at > 1.0 - _NONE:
+                    at = 1.0
+                continue
             if states == 0 and v == 0.0:
                 begin, way = _breakaway(
                     slip, rub, general, kind, p, term, c, inputs, held, k, (j + at) / n,
@@ -301,10 +351,10 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             if quick and stop == 0.0 and max(abs(memory[DECAY]), d / mass) * h <= MILD:
                 q_1, v_1, a_1, error, rate = explicit_step(
                     slip, rub, general, kind, p, term, c, inputs, held, k, begin, piece / n, h,
-                    base, way, q, v, a_0, tolerance, half, load, coarse, u,
+                    base, way, band, q, v, a_0, tolerance, half, load, coarse, u,
                 )  # fmt: skip
                 rate -= d / mass
-                if way * v_1 > 0.0 and error <= tolerance and abs(rate) * h <= MILD:
+                if way * v_1 > band and error <= tolerance and abs(rate) * h <= MILD:
                     q, v, a_0, at, memory[DECAY] = q_1, v_1, a_1, at + piece, rate
                     if at > 1.0 - _NONE:
                         at = 1.0
@@ -325,6 +375,7 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             v_c, v_h, weight = v + (w_c - v) / theta, v + (w_1 - v) / theta, (4.0 * theta - 1.0) / 3
             v_f, q_f = v_h + (w_2 - v_h) / theta, q + 0.5 * h * (w_1 + w_2)
             v_1, q_1, left = v_f + weight * (v_f - v_c), q_f + weight * (q_f - q - h * w_c), h
+            over = v_1 - way * band  # what is left to the speed at which it stops
             if states == 0 and theta < 1.0:
                 if way * w_c <= 0.0 or way * w_1 <= 0.0 or way * w_2 <= 0.0:
                     # It stops far within; or is held where a law jumps, which no halving ends.
@@ -332,14 +383,16 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                     if damped:
                         level = 0
                     continue
-                if way * v_1 <= 0.0 or stop > 0.0:  # how long it moves yet, on a parabola
-                    left = h * v_1 / (4.0 * v_h - v - 3.0 * v_1)
-                if way * v_1 <= 0.0 and abs(v_1) > CLOSE * abs(v):
+                if way * over <= 0.0 or stop > 0.0:  # how long it moves yet, on a parabola
+                    left = h * over / (4.0 * v_h - v - 3.0 * v_1)
+                if way * over <= 0.0 and abs(over) > CLOSE * abs(v):
                     stop, looks = piece + left / base, looks + 1
                     if not 0.0 < stop < piece:
-                        stop = piece * v / (v - v_1)
+                        stop = piece * (v - way * band) / (v - v_1)
                     if looks > LOOKS or not 0.0 < stop < piece:
                         level, stop, looks = _halved(level, piece), 0.0, 0
+                    if banded and abs(v) <= band:  # it has hardly begun
+                        v, stop = 0.0, 0.0
                     continue
             elif states == 0 and v_1 * v_f <= 0.0:  # extrapolated past the stop
                 v_1 = v_f
@@ -361,11 +414,13 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                 if not damped and (shortest or (memory[DECAY] + d / mass) * h > STIFF):
                     damped, level = True, 0
                 continue
-            if abs(left) < h and abs(v_1) <= CLOSE * abs(v):  # to the instant at which it stops
-                q_1, piece = q_1 + 0.5 * left * v_1, min(piece + left / base, 1.0 - at)
+            if abs(left) < h and abs(over) <= CLOSE * abs(v):  # to the instant at which it stops
+                q_1, piece = q_1 + 0.5 * left * over, min(piece + left / base, 1.0 - at)
                 v_1, stops = 0.0, stops + 1
                 if stops > STOPS:
                     damped = True
+            elif banded and abs(v_1) <= band:
+                v_1 = 0.0
             q, v, a_0, at, stop, looks = q_1, v_1, a_1, at + piece, 0.0, 0
             fresh = fresh or v == 0.0
             for i in range(states):

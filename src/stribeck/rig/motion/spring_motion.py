@@ -25,9 +25,18 @@ from ...compile_cache import compiled
 from ...friction.law import DRIVE, POSITION
 from ...space import Array
 from . import row_pool
-from .axis_row import FORCE_LIMIT, LOAD_ROOM, MOTOR_FRICTION
+from .axis_row import LOAD_ROOM
 from .drive_force import driven
-from .drives import ADDED, AXIS, ENABLED, EXTERNAL_FORCE, IDLE, INPUTS
+from .drives import (
+    ADDED,
+    AXIS,
+    ENABLED,
+    EXTERNAL_FORCE,
+    FORCE_LIMIT,
+    IDLE,
+    INPUTS,
+    MOTOR_FRICTION,
+)
 from .implicit import EACH, ROOM
 from .row_pool import borrowed
 

@@ -94,6 +94,7 @@ def _sliding(
         w = min(-start / M, 0.5 * high)
     g = M * w + s * h * rubs(slip, rub, general, scale, s * w, h, z, load, p, out) - P
     if g >= 0.0 and start >= 0.0:  # a slide in progress may go on where a start could not
+        g_high = g
         while g > 0.0:
             high, g_high = w, g
             w -= g / M
@@ -134,7 +135,7 @@ def _root(  # noqa: C901 - one step of many cases
     for k in range(_MOST):
         # Past a score of tries, every other one halves the bracket: no law can do worse then.
         w = low - g_low * (high - low) / (g_high - g_low)
-        if not low < w < high or (k > 20 and k % 2):  # noqa: PLR2004
+        if not low < w < high or (k > 20 and k % 2 == 1):  # noqa: PLR2004
             w = 0.5 * (low + high)
         g = M * w + h * s * rubs(slip, rub, general, scale, s * w, h, z, load, p, out) - P
         if g == 0.0 or high - low <= _FINE * (abs(low) + abs(high)):
