@@ -164,6 +164,24 @@ def test_a_known_answer_is_kept_where_no_evaluations_are_left() -> None:
     assert float(end.problem(end.x[None])[0]) <= known.cost * (1 + 1e-9)
 
 
+def test_a_search_that_is_stopped_amid_a_contained_law_has_what_that_has() -> None:
+    log = log_of(LOADED)
+    simple, met = problem_of("bam-m4", log), []
+
+    def stop(searches: Sequence[Search]) -> None:
+        if searches[0].space.dim == simple.space.dim and len(searches[0].trace) > 300:
+            met.append(searches[0].run().x)
+            raise KeyboardInterrupt
+
+    end = multistart(problem_of("bam-m5", log), SearchSettings(budget=350, repeats=1), stop)
+    assert end.interrupted
+    (x,) = met
+    cost = float(end.problem(end.x[None])[0])
+    assert cost <= float(simple(x[None])[0]) * (1 + 1e-6)
+    own = float(end.problem(end.search.runs[0].x[None])[0])  # its search had fewer samples
+    assert cost <= own * (1 + 1e-6)
+
+
 def test_an_answer_beyond_the_default_ranges_is_carried_over_in_wider_ones() -> None:
     log = log_of(LOADED)
     simple, rich = problem_of("bam-m4", log), problem_of("bam-m5", log)

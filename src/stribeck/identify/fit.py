@@ -87,7 +87,8 @@ def identify(
         tie: Parameters that equal others, as in `{"F_V-": "F_V+"}`.
         seed: Seed of all repeats; 0 by default.
         budget: Evaluations of the cost for each repeat, polishing included; 8,000 by default.
-            `mbts` settles sooner, as a rule.
+            `mbts` settles sooner, as a rule; on a smooth motion it spends as many before on the
+            richest law of ten parameters and more that the law contains.
         repeats: Independent searches; 3 by default.
         target: Stop a search at this J, in the unit in which the rig shows positions.
         polishing: Whether least squares polishes what a search found; by default it does, but for
