@@ -156,12 +156,12 @@ def test_a_sign_of_windows_in_a_unit(tmp_path: Path) -> None:
 def two_rates(slow: str, step: int, late: int = 0) -> str:
     """A log of which one column is written in every k-th row alone, from one of these on."""
     force = np.cos(3.0 * T)
-    lines = ["t_s;x_mm;F_N"]
+    lines = ["t_s;x_mm;F_N;mode"]
     for k, (t, x, f) in enumerate(zip(T, X, force, strict=True)):
         there = k % step == late
         cells = (f"{x:.9g}" if there or slow != "x_mm" else "",
                  f"{f:.9g}" if there or slow != "F_N" else "")  # fmt: skip
-        lines.append(f"{t:.6g};{cells[0]};{cells[1]}".replace(".", ","))
+        lines.append(f"{t:.6g};{cells[0]};{cells[1]};auto".replace(".", ","))
     return "\n".join(lines) + "\n"
 
 
@@ -209,7 +209,9 @@ def test_the_rate_of_a_slower_column_is_its_own(tmp_path: Path) -> None:
 
 def test_a_slower_column_that_is_away_for_long_has_a_gap(tmp_path: Path) -> None:
     lines = two_rates("F_N", 2).splitlines()
-    gone = [line.rsplit(";", 1)[0] + ";" if 8 < k < 26 else line for k, line in enumerate(lines)]
+    gone = [
+        f"{line.rsplit(';', 2)[0]};;auto" if 8 < k < 26 else line for k, line in enumerate(lines)
+    ]
     with pytest.raises(InputError, match="force is empty in line"):
         read(write(tmp_path, "\n".join(gone)))
 

@@ -28,6 +28,7 @@ def test_choices_are_undone_and_redone_one_by_one(tmp_path: Path) -> None:
 
 def test_a_session_without_a_name_has_that_of_its_first_log(tmp_path: Path) -> None:
     with Home(tmp_path / "home") as home:
+        (tmp_path / "axis.csv").write_text("t_s,x_mm\n", encoding="utf-8")
         log = home.keep_log("axis.csv", tmp_path / "axis.csv")
         keys = [home.begin(name, Choices()).id for name in ("mine", "", "")]
         for key in keys[:2]:

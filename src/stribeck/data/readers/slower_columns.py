@@ -46,7 +46,9 @@ def by_rate(
     Returns:
         The table alone where no column is slower, or where its rows are not in order of time.
     """
-    if time is None or time.column not in table.columns or table.text:
+    if time is None or time.column not in table.columns or time.column in table.text:
+        return (table,)
+    if isinstance(time.factor, str):  # it would have to go with the times of each
         return (table,)
     slower = _slower({n: a for n, a in table.columns.items() if n in wanted and n != time.column})
     if not slower:

@@ -17,9 +17,10 @@ export const running = (state) => state.jobs.filter((job) => job.state === "wait
 export function fitStep() {
   const plot = h("div");
   const ranges = h("div");
+  const beyond = h("div", { role: "status" });
   const form = h("div");
   const jobs = h("div");
-  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.fit")), h("p", { class: "lead" }, t("fit.lead")), plot, ranges, form, jobs);
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.fit")), h("p", { class: "lead" }, t("fit.lead")), plot, ranges, beyond, form, jobs);
   let mode = "train";
   let key = null;
   let lines = null;
@@ -44,7 +45,7 @@ export function fitStep() {
         if (mode === "zoom") attempt(() => lines.show(from, to));
         else attempt(() => change((choices) => ({ [mode]: [...choices[mode], `${round(from)}s:${round(to)}s`] })));
       } }));
-      drawRanges(session.state);
+      drawBeyond(session.state);
       const judged = await get("/logs/0/overview");
       if (key === now) await judge(lines, judged);
     } catch (error) {
@@ -68,16 +69,20 @@ export function fitStep() {
     lines?.plots.forEach((each) => each.plot.redraw());
     fill(ranges, h("div", { class: "fields" }, ["train", "holdout"].map((name) => field(`fit.${name}`, h("input", {
       type: "text", id: `fit-${name}`, value: state.choices[name].join("; "), placeholder: name === "train" ? t("fit.everything") : t("fit.nothing"),
-      onchange: (event) => attempt(() => change({ [name]: pointed(event.target.value).split(/[;,]/).map((part) => part.trim()).filter(Boolean) })),
-    }), t(`fit.${name}.hint`)))), ...beyond(state));
+      onchange: (event) => {
+        const stretches = pointed(event.target.value).split(/[;,]/).map((part) => part.trim()).filter(Boolean);
+        event.target.value = stretches.join("; ");
+        attempt(() => change({ [name]: stretches }));
+      },
+    }), t(`fit.${name}.hint`)))));
   }
 
   // Ranges of time that begin when the log is over.
-  function beyond(state) {
-    if (!lines) return [];
+  function drawBeyond(state) {
+    if (!lines) return;
     const [first, last] = lines.overview.span;
     const late = [...state.choices.train, ...state.choices.holdout].filter((text) => Number(TIMES.exec(text.replaceAll(" ", ""))?.[1] ?? 0) >= last - first);
-    return late.map((range) => h("p", { class: "state warn", role: "status" }, t("fit.beyond", { range, seconds: number(last - first, 4) })));
+    fill(beyond, ...late.map((range) => h("p", { class: "state warn" }, t("fit.beyond", { range, seconds: number(last - first, 4) }))));
   }
 
   function drawForm(state) {
@@ -146,6 +151,7 @@ export function fitStep() {
   function update(state) {
     drawPlot(state);
     if (!ranges.contains(document.activeElement)) drawRanges(state);
+    drawBeyond(state);
     if (!form.contains(document.activeElement) || document.activeElement.matches("select, button, [type=checkbox]")) {
       const id = document.activeElement?.id;
       const inside = form.contains(document.activeElement);

@@ -56,8 +56,8 @@ export function outStep() {
       if (number_ !== asked) return;
       fill(result, doubts,
         answer.notes.length > 0 && h("div", { class: "state warn" }, h("h2", {}, t("out.lost")), h("ul", {}, answer.notes.map((note) => h("li", {}, note)))),
-        h("p", {}, h("a", { class: "download", href: address(`/jobs/${fit}/export?${query({ save: 1 })}`), download: answer.download }, t("out.download", { file: answer.download })),
-          " ", h("a", { href: address(`/jobs/${fit}/files/report.html`), target: "_blank", rel: "noopener" }, t("out.report"))),
+        h("p", { class: "pick" }, h("a", { class: "download", href: address(`/jobs/${fit}/export?${query({ save: 1 })}`), download: answer.download }, t("out.download", { file: answer.download })),
+          h("a", { href: address(`/jobs/${fit}/files/report.html`), target: "_blank", rel: "noopener" }, t("out.report"))),
         ...Object.entries(answer.files).map(([name, text]) => h("details", { open: text.length > 0 && Object.keys(answer.files).length === 1 },
           h("summary", {}, `${name} (${number(answer.sizes[name] / 1000, 3)} kB)`), text ? h("pre", { tabindex: "0" }, text) : h("p", {}, t("out.binary")))));
     } catch (error) {

@@ -133,7 +133,7 @@ export function verdictStep() {
 
   // Where the page has what a warning spells as an option of the command line.
   function ways(warning) {
-    const [, law] = /\buse law ([\w-]+)/.exec(warning) ?? [];
+    const [, law] = /\b(?:use|try) law ([\w-]+)/.exec(warning) ?? [];
     if (law) return [h("button", { type: "button", class: "way", onclick: () => attempt(async () => { await change({ law, directional: false }); toField("fit-law"); }) }, `${t("verdict.take")}: ${law}`)];
     const named = [...new Set([...warning.matchAll(/--(\w+)/g)].map(([, option]) => option))].filter((option) => option in FIELDS);
     return named.map((option) => h("button", { type: "button", class: "way", onclick: () => toField(FIELDS[option]) }, `--${option} = ${t("step.fit")}: ${t(`fit.${FIELDS[option].slice(4)}`)}`));
