@@ -68,7 +68,14 @@ class Package:
             size = _size(symbol)
             if size is not None and (not isinstance(value, list) or len(value) != size):
                 raise ModelicaError(f"{name}: {symbol.name} is no array of {size}")
-            values[symbol.name] = float(value) if size is None else list(value)
+            if (
+                size is None
+                and symbol.type.name != "Real"
+                and type(value) is not type(_zero(symbol))
+            ):
+                raise ModelicaError(f"{name}: {symbol.name} is no {symbol.type.name}")
+            plain = float(value) if symbol.type.name == "Real" and size is None else value
+            values[symbol.name] = plain if size is None else list(value)
         scope = _Scope(self, values, frozenset(s.name for s in inputs))
         with suppress(_Return):
             scope.run(f.statements)

@@ -8,7 +8,7 @@ from math import atan, copysign, exp, pi, sqrt
 from typing import Any
 
 import numpy as np
-from numba import float64, njit
+from numba import boolean, float64, int64, njit
 
 from stribeck.friction import slip_law
 from stribeck.friction.law import Law
@@ -102,6 +102,52 @@ def calls(v: float, p: Array) -> Any:
     return _saw(v, 0.02) - _saw(-v, _saw(p[4], 0.01)) - -_saw(v, 1.0) * -3.0
 
 
+def swaps(v: float, p: Array) -> Any:
+    a, b, c = abs(v), p[0], 0.0
+    a, b = b, a
+    a, b, c = 0.5 * b, c + 1.0, a + b
+    b = c = c + b
+    return (a if v > 0.0 else -a) + b - c * 0.25
+
+
+@njit(float64(float64, int64, boolean))  # type: ignore[untyped-decorator]
+def _raised(v: float, times: int, mirrored: bool) -> float:
+    x = -v if mirrored else v
+    for _ in range(times):
+        x = x * 1.5 + 0.01
+    return x
+
+
+@njit(int64(float64))  # type: ignore[untyped-decorator]
+def _region(v: float) -> int:
+    return 2 if v > 0.01 else 1
+
+
+def kinds(v: float, p: Array) -> Any:
+    return _raised(v, _region(v), v < 0.0) + p[_region(-v)] * _raised(p[4], 3, False)
+
+
+@njit  # type: ignore[untyped-decorator]
+def _counted(v: float, most: int, odd: bool) -> tuple[float, int, bool]:
+    """Several results, jumps, and an argument that is known in each call."""
+    rest, steps = abs(v), 0
+    for i in range(most):
+        if odd and i % 2 == 0:
+            continue
+        if rest < 1e-3 or i in (7, 8):
+            break
+        rest, steps = 0.5 * rest, steps + 1
+    return rest, steps, rest < 1e-3
+
+
+def wide(v: float, p: Array) -> Any:
+    rest, steps, small = _counted(v, 12, False)
+    _, more, _ = _counted(3.0 * v, 9, True)
+    bound = np.inf if small else 0.5
+    x = np.round(20.0 * v) + min(rest, bound)
+    return x + p[steps % 3] + 10.0 * more if not np.isnan(x) else 0.0
+
+
 HOSTILE = hostile
 AWKWARD: Mapping[str, Callable[[float, Array], Any]] = {
     "conditions": conditions,
@@ -110,7 +156,11 @@ AWKWARD: Mapping[str, Callable[[float, Array], Any]] = {
     "loops": loops,
     "powers": powers,
     "calls": calls,
+    "swaps": swaps,
+    "kinds": kinds,
 }
+#: What only C is told.
+WIDE = wide
 
 
 def _knows_interp(v: float, p: Array) -> Any:
@@ -152,12 +202,6 @@ def _raises(v: float, p: Array) -> Any:
     return v
 
 
-def _swaps(v: float, p: Array) -> Any:
-    a, b = v, p[0]
-    a, b = b, a
-    return a + b
-
-
 def _falls_through(v: float, p: Array) -> Any:  # noqa: RET503
     if v > 0.0:
         return p[0]
@@ -171,6 +215,5 @@ UNKNOWN: Mapping[str, Callable[[float, Array], Any]] = {
     "a loop's variable after it": _after,
     "a loop's variable changed": _counts,
     "an exception": _raises,
-    "a swap": _swaps,
     "no value": _falls_through,
 }

@@ -130,7 +130,7 @@ class _Unit:
 
     def __init__(self, tree: Unit, units: dict[str, _Unit]) -> None:
         self.name, self.kind, self._units = tree.name, tree.result, dict(units)
-        if self.kind not in (None, "LREAL"):
+        if self.kind not in (None, *_ZERO):
             raise IecError(f"{self.name} is of {self.kind}")
         self._variables: dict[str, tuple[int, Variable]] = {}
         self._start: Frame = [None]
@@ -221,7 +221,7 @@ class _Unit:
         name = statement.target.name
         value = self._expression(statement.value)
         if name == self.name.lower() and self.kind and isinstance(statement.target, Name):
-            return _stored(0, _checked("LREAL", value))
+            return _stored(0, _checked(self.kind, value))
         place, variable = self.variable(name)
         if variable.section == "input" or name in self._counting:
             raise IecError(f"{self.name}: {name} is assigned to")

@@ -124,5 +124,8 @@ def test_an_angle_is_sent_to_the_rotary_rig(tmp_path: Path, run: Run) -> None:
 
 def test_columns_without_units_are_told_together(tmp_path: Path, run: Run) -> None:
     out = run("check", log(tmp_path, "t_s,x_mm,velocity,accel", 4)).out
-    text = "columns velocity (velocity), accel (acceleration) have no unit and were not taken"
+    text = (
+        "columns velocity (velocity), accel (acceleration) have no unit and were not taken: say it,"
+        ' as in --column velocity="velocity [m/s]" --column acceleration="accel [m/s**2]"'
+    )
     assert text in " ".join(out.split())

@@ -72,7 +72,8 @@ def test_what_is_in_a_log(tmp_path: Path) -> None:
 
 def test_contents_say_what_cannot_be_told_and_what_to_type(tmp_path: Path, run: Run) -> None:
     result = contents(axes(tmp_path))
-    assert result.lacking.endswith('as in units={"stamp": "s", "a_pos": "mm"}')
+    turning = " (rad, deg or rev where it turns)"
+    assert result.lacking.endswith(f'as in units={{"stamp": "s", "a_pos": "mm"}}{turning}')
     done = run("contents", axes(tmp_path), "--json")
     assert done.status == 0
     answer = json.loads(done.out)
@@ -80,7 +81,7 @@ def test_contents_say_what_cannot_be_told_and_what_to_type(tmp_path: Path, run: 
     assert [c["name"] for c in answer["channels"]] == HEADS.split(",")
     assert answer["channels"][0]["count"] == N
     assert answer["problems"][-1].endswith(
-        '--column time="stamp [s]" --column position="a_pos [mm]"'
+        f'--column time="stamp [s]" --column position="a_pos [mm]"{turning}'
     )
 
 

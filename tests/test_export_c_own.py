@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from exported import model_with, rude
-from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
+from own_laws import AWKWARD, HOSTILE, UNKNOWN, WIDE, own_law
 from stribeck.errors import InputError
 from stribeck.export.code.c import c
+from stribeck.export.code.matlab import matlab
+from stribeck.export.code.modelica import modelica
+from stribeck.export.code.st import st
+from stribeck.export.model import Model
 
 CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
-CASES = {**AWKWARD, "hostile": HOSTILE}
+CASES = {**AWKWARD, "hostile": HOSTILE, "wide": WIDE}
 
 
 @pytest.mark.skipif(CC is None, reason="there is no C compiler here")
@@ -35,4 +40,11 @@ def test_its_self_test_passes(case: str, tmp_path: Path) -> None:
 def test_what_cannot_be_translated_is_refused_with_its_line(case: str) -> None:
     with pytest.raises(InputError, match=r"line \d+: `") as refused:
         c(model_with(own_law(UNKNOWN[case], compiled=False)))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("language", [matlab, modelica, st])
+def test_what_only_c_is_told_other_languages_refuse(language: Callable[[Model], object]) -> None:
+    with pytest.raises(InputError, match="only C is told") as refused:
+        language(model_with(own_law(WIDE)))
     assert "\n" not in str(refused.value)

@@ -98,7 +98,8 @@ def test_units_are_said_where_heads_do_not(
     with pytest.raises(InputError) as refusal:
         Recording.of(make(BARE))
     assert str(refusal.value) == (
-        'columns t, x and F without a unit: say it, as in units={"t": "s", "x": "mm", "F": "N"}'
+        'columns t, x and F without a unit: say it, as in units={"t": "s", "x": "mm", "F": "N"} '
+        "(rad, deg or rev where it turns)"
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from stribeck.identify.hidden_play import hidden_play
 from stribeck.identify.problem import MotionProblem
 from stribeck.rig.axis_table import composed_axis
 
+DATA = Path(__file__).parents[2] / "shared" / "data"
 #: A servo axis of 7 kg whose motor is 2 kg of that, in a loop of 10 Hz.
 AXIS = {
     "M_m": 2.0, "M": 5.0, "stiffness": 4e5, "damping": 80.0, "play": 9e-5, "F_C": 19.0,
@@ -60,3 +63,12 @@ def test_a_stiff_drive_is_told_no_play() -> None:
     violations, rows = hidden_play(fit.residuals, x, rough=True)
     assert rows > 100
     assert violations == []
+
+
+@pytest.mark.recordings("go1")
+def test_a_motor_whose_log_states_no_load_is_not_parted() -> None:
+    """Its mass of 0 left the load of two masses without inertia, which refused the whole fit."""
+    log = DATA / "go1" / "2025-05-13_04h57m44.json"
+    fit = identify(log, rig="servo-pendulum", repeats=1, budget=60)
+    assert any("the model explains little" in w for w in fit.warnings)  # else no play is asked for
+    assert not any("play" in w for w in fit.warnings)

@@ -11,8 +11,7 @@ from scipy.linalg import expm
 from foreign import presliding
 from stribeck import Recording
 from stribeck.friction import law_named
-from stribeck.rig.motion.axis_row import FORCE_LIMIT
-from stribeck.rig.motion.drives import AXIS
+from stribeck.rig.motion.drives import AXIS, FORCE_LIMIT
 from stribeck.rig.motion.implicit import motions_over
 from stribeck.rig.motion.spring_motion import MOST_SWING, response, spring_motions, swings
 from stribeck.rig.motion.track import Track

@@ -119,15 +119,12 @@ class Reading:
             return read_for(rig, log, stated, keep_map=self.save_map, **self.words)
         except ChoiceError as error:
             from ..data.readers.log_contents import contents
-            from ..report.contents_report import MOST, contents_table
-            from ..rig.lookup import rig_of_heads
+            from ..report.contents_report import MOST, contents_table, or_rig
 
             result = contents(log, columns=stated, **self.words)
             typer.echo(contents_table(result, MOST).text(), err=True)
-            more = ""
-            if rig is None and (like := rig_of_heads([c.name for c in result.channels])):
-                more = f"; or --rig {like}, whose logs have these heads"
-            elif stated is None and rig is not None and rig.columns:
+            more = or_rig(result) if rig is None else ""
+            if stated is None and rig is not None and rig.columns:
                 more = f" (rig {rig.name} has that mapping: --column CHANNEL=HEAD says another)"
             raise ChoiceError(f"{error}{more}") from error
 

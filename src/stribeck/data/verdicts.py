@@ -259,7 +259,8 @@ def _on_substitutes(recording: Recording) -> str:
     if substitutes := [n for n in ("current", "voltage") if getattr(recording, n) is not None]:
         return (f"no measured force: no force balance is possible unless {substitutes[0]} is "
                 "mapped to force by its factor")  # fmt: skip
-    return "no measured force: no force balance is possible"
+    left = force_left_out(recording)
+    return f"no measured force: no force balance is possible{': ' * bool(left)}{left}"
 
 
 def _on_pressure(recording: Recording) -> str:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ..errors import InputError
 from ..friction import law_named
 from ..rig.composed import ComposedRig
 from ..rig.parts import part_named
@@ -73,14 +74,17 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
     cost, rows = float(problem(x[None])[0]), 1
     best: tuple[Polished, MotionProblem, str] | None = None
     places = []
-    for side, other in split.items():
-        points = np.array([_start(other, problem, x, *at) for at in _starts(masses, cost)])
-        rows += len(points)
-        places += [
-            (float(J), other, point, side)
-            for J, point in zip(other(points), points, strict=True)
-            if np.isfinite(J)
-        ]
+    try:
+        for side, other in split.items():
+            points = np.array([_start(other, problem, x, *at) for at in _starts(masses, cost)])
+            rows += len(points)
+            places += [
+                (float(J), other, point, side)
+                for J, point in zip(other(points), points, strict=True)
+                if np.isfinite(J)
+            ]
+    except InputError:  # a log of a bare motor states that it has no load
+        return [], rows
     for J, other, point, side in sorted(places, key=lambda place: place[0])[:most]:
         refit = polish(other, point, J, each)
         rows += refit.evaluations

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ..rig.lookup import rig_of_heads
+from ..wording import option
 from .format import DASH, grouped, json_text
 from .table import Table
 from .terminal import console, show_table
@@ -65,7 +67,14 @@ def show_contents(contents: LogContents) -> None:
     out = console()
     for sentence in contents.problems:
         out.print(f"note: {sentence}")
-    out.print(f"no recording yet: {contents.lacking}" if contents.lacking else _ready(contents))
+    lacking = f"no recording yet: {contents.lacking}{or_rig(contents)}"
+    out.print(lacking if contents.lacking else _ready(contents))
+
+
+def or_rig(contents: LogContents) -> str:
+    """The rig whose logs have the heads of a log, as another way to say which column is which."""
+    like = rig_of_heads([c.name for c in contents.channels])
+    return f"; or {option('rig', like)}, whose logs have these heads" if like else ""
 
 
 def _ready(contents: LogContents) -> str:

@@ -421,11 +421,9 @@ class SlideBed(SimulatedRig):
 
 def _coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
     """The kernel's constants; dv and dp are those of a slide that jumps."""
-    springs = [values["k_spring"]] * 2 if "k_spring" in values else [
-        values["k_spring+"], values["k_spring-"]
-    ]  # fmt: skip
+    plus, minus = (values["k_spring" if "k_spring" in values else f"k_spring{s}"] for s in "+-")
     return SlideConstants(
-        values["m"], values["k_hat+"], values["k_hat-"], *springs, values["F_fm"],
+        values["m"], values["k_hat+"], values["k_hat-"], plus, minus, values["F_fm"],
         values["K_kt"] * values["J_m"], values["K_kt"] * values["D_m"], values["F_m_max"],
         values.get("dv", 0.0), values.get("dp", 0.0),
     )  # fmt: skip

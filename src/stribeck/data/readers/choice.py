@@ -140,16 +140,27 @@ def _kind_words(channel: str, kinds: tuple[str, ...]) -> str:
     return f"the {channel} of {'an angular' if 'rad' in kinds[0] else 'this'} axis"
 
 
-def usual_unit(channel: str, column: str = "") -> str:
-    """The unit that an example shows for a channel, that of an angle where its column says one."""
+def usual_unit(channel: str, column: str = "", *, rotary: bool | None = None) -> str:
+    """The unit that an example shows for a channel.
+
+    Args:
+        channel: Of an axis.
+        column: Its column, whose name may say that it turns.
+        rotary: Whether the axis turns; None where that is not known.
+    """
     if channel == "time":
         return "s"
     if channel == "velocity" and _SPEED_OF_MOTOR.search(column.lower()):
         return "r/min"
-    turns = _TURNS.search(column.lower()) is not None
+    turns = says_turn(column) if rotary is None else rotary
     return {("position", False): "mm", ("command", False): "mm"}.get(
         (channel, turns), CHANNELS[channel][turns]
     )
+
+
+def says_turn(column: str) -> bool:
+    """Whether the name of a column is one of an axis that turns."""
+    return _TURNS.search(column.lower()) is not None
 
 
 def _cells(table: RawTable, name: str) -> Array:

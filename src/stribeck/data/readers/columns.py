@@ -11,7 +11,14 @@ from ...errors import InputError
 from ...units import Unit, unit
 from ...wording import either, is_command_line, option
 from ..channels import CHANNELS
-from .choice import Choice, kinds_of, refuse_unfit, unit_of_column, usual_unit
+from .choice import (
+    Choice,
+    kinds_of,
+    refuse_unfit,
+    says_turn,
+    unit_of_column,
+    usual_unit,
+)
 from .column_map import Entry
 from .heads import Head, meanings, take_apart
 from .log_file import Channel, LogFile
@@ -19,6 +26,8 @@ from .raw_table import listed, shortened
 from .signal_choice import signal_of
 from .stamps import Epoch, epoch
 
+#: What is said beside an example in mm.
+_TURNING = " (rad, deg or rev where it turns)"
 #: Names that a refusal lists; the command line shows all of them above it.
 _NAMED = 6
 
@@ -173,7 +182,7 @@ def choose(heads: Heads, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice]
         chosen |= signal_of(heads.drive, chosen, rotary=rotary)
     for channel, c in chosen.items():
         refuse_unfit(channel, c, heads.kinds(channel, rotary=rotary))
-    return chosen, list(_unfit(names, chosen))
+    return chosen, _unfit(names, chosen, rotary=rotary)
 
 
 def time_choice(heads: Heads, mapped: Entry | None = None) -> Choice:
@@ -332,12 +341,20 @@ def without_unit(
             lacking[other] = shortened(bare[0])
     *rest, last = lacking.values()
     together, several = f"{', '.join(rest)} and {last}" if rest else last, "s" * bool(rest)
-    if not is_command_line():
-        units = option("units", {h: usual_unit(c, h) for c, h in lacking.items()})
-        return f"column{several} {together} without a unit: say it, as in {units}"
-    fix = option("columns", {c: f"{h} [{usual_unit(c, h)}]" for c, h in lacking.items()})
-    each = "each with its unit" if rest else "with its unit"
-    return f"column{several} {together} without a unit: say it {each}, as in {fix}"
+    said = _units_said({h: (c, usual_unit(c, h)) for c, h in lacking.items()})
+    turning = _TURNING if "position" in lacking and not says_turn(lacking["position"]) else ""
+    return f"column{several} {together} without a unit: say it, as in {said}{turning}"
+
+
+def _units_said(columns: Mapping[str, tuple[str, str]]) -> str:
+    """How to say the units of columns, as they are typed or as Python has it.
+
+    Args:
+        columns: Column -> its channel and its unit.
+    """
+    if is_command_line():
+        return option("columns", {c: f"{h} [{u}]" for h, (c, u) in columns.items()})
+    return option("units", {h: u for h, (_, u) in columns.items()})
 
 
 def ranked(
@@ -362,10 +379,10 @@ def ranked(
     return Choice(*first, reason="by its head")
 
 
-def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]:
+def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice], *, rotary: bool) -> list[str]:
     """A word on each empty channel that a column names in vain; those without units together."""
     used = {c.column for c in chosen.values()}
-    notes, bare = [], dict[str, str]()
+    notes, bare = [], dict[str, tuple[str, str]]()
     for channel in CHANNELS:
         named = [h for h, head in heads.items() if channel in meanings(head) and h not in used]
         if channel not in chosen and named:
@@ -374,14 +391,16 @@ def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]
             if channel == "force" and written in ("%", "‰"):
                 reason = f"is in {written} of what a [drive] table would say"
             if written is None and channel != "force":
-                bare[shortened(named[0])] = channel
+                bare[shortened(named[0])] = channel, usual_unit(channel, named[0], rotary=rotary)
             else:
                 notes.append(
                     f"column {shortened(named[0])} {reason} and was not taken as {channel}"
                 )
-    if len(bare) == 1:
-        notes += [f"column {h} has no unit and was not taken as {c}" for h, c in bare.items()]
-    elif bare:
-        columns = ", ".join(f"{h} ({c})" for h, c in bare.items())
-        notes.append(f"columns {columns} have no unit and were not taken")
+    if bare:
+        several = len(bare) > 1
+        columns = ", ".join(f"{h} ({c})" for h, (c, _) in bare.items())
+        notes.append(
+            f"column{'s' * several} {columns} {'have' if several else 'has'} no unit and "
+            f"{'were' if several else 'was'} not taken: say it, as in {_units_said(bare)}"
+        )
     return notes

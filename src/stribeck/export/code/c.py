@@ -19,6 +19,7 @@ from ..model import Model
 from .c_selftest import comment, harmless, selftest
 from .check_vectors import check_vectors
 from .dialect import SUM, Dialect
+from .function_source import FunctionSource
 from .law_program import law_program
 from .lowering import Restrictions, divides, lowered
 from .program import (
@@ -33,7 +34,7 @@ from .program import (
     ProgramFunction,
     read_names,
 )
-from .translation import FunctionSource, translate
+from .translation import translate
 
 #: C's own words, and C++'s, which a variable may not be called.
 _WORDS = frozenset(
@@ -69,9 +70,7 @@ class C(Dialect):
             return super().number(value, kind)
         return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
 
-    def call(
-        self, name: str, arguments: Sequence[Expression], results: Sequence[str] = ()
-    ) -> str:
+    def call(self, name: str, arguments: Sequence[Expression], results: Sequence[str] = ()) -> str:
         """A function of <math.h>, of `MIN_AND_MAX`, or of the law; where further results go."""
         values = ", ".join([*(self.write(argument) for argument in arguments), *results])
         if name == "real":

@@ -139,7 +139,9 @@ class Dialect(ABC):
         """The lines of a block."""
         return [line for statement in body for line in self._statement(statement, depth)]
 
-    def _statement(self, statement: Statement, depth: int) -> list[str]:
+    def _statement(  # noqa: PLR0911 - one case a line
+        self, statement: Statement, depth: int
+    ) -> list[str]:
         pad = self.indent * depth
         match statement:
             case Assign(target=target, value=value):
@@ -192,7 +194,7 @@ class Dialect(ABC):
         return self.operand(value, target.kind, CHOICE)
 
     def unpacked(self, targets: Sequence[Name | Item | None], value: Call) -> str:
-        """A call for its results, or for what it writes; in languages that `lowered` lets say it."""
+        """A call for its results, or what it writes; in languages that `lowered` lets say it."""
         raise NotImplementedError
 
     def several_returned(self, values: Sequence[Expression]) -> list[str]:

@@ -14,8 +14,9 @@ from __future__ import annotations
 from ...compensate.compensator import SETTINGS, compensator_output
 from ...friction import LOADS, Law
 from ...friction.law import term_places, terms_factor
+from .function_source import FunctionSource
 from .program import Program
-from .translation import FunctionSource, translate
+from .translation import translate
 
 
 def law_entries(law: Law) -> list[FunctionSource]:

@@ -23,6 +23,7 @@ file, and its `copysign(x, v)` takes + for v == 0.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -71,7 +72,7 @@ class Restrictions:
         joins: `and` and `or` may evaluate all their parts.
         divides: Whole numbers are divided towards 0.
         returns: Functions hand back the arrays that they write, as further results.
-        plain: Functions take and give real numbers, one each, and loops have no jumps.
+        plain: It has functions of one result, loops without jumps, and finite numbers only.
     """
 
     joins: bool = True
@@ -96,16 +97,24 @@ def lowered(program: Program, restrictions: Restrictions) -> Program:
         InputError: a function has what the language does not say.
     """
     for f in program.functions if restrictions.plain else ():
-        wide = any(isinstance(s, Unpack | Jump) for s in statements(f.body))
-        rounds = any(isinstance(x, Call) and x.name == "round" for x in expressions(f.body))
-        if f.results != ("real",) or any(a.kind != "real" for a in f.arguments) or wide or rounds:
+        wide = len(f.results) != 1 or any(isinstance(s, Unpack | Jump) for s in statements(f.body))
+        if wide or any(map(_is_wide, expressions(f.body))):
             raise InputError(
-                f"{f.name}: cannot be translated: takes or gives other than one real number, "
-                "leaves a loop or rounds, which only C is told"
+                f"{f.name}: cannot be translated: several results, a jump in a loop, a rest of a "
+                "division, rounding and infinite numbers are what only C is told"
             )
     return replace(
         program, functions=tuple(_Lowering(f, restrictions).lowered() for f in program.functions)
     )
+
+
+def _is_wide(expression: Expression) -> bool:
+    match expression:
+        case Binary(sign="%") | Call(name="round"):
+            return True
+        case Number(value=value):
+            return not math.isfinite(value)
+    return False
 
 
 def renamed(function: ProgramFunction, names: Mapping[str, str]) -> ProgramFunction:
@@ -286,14 +295,12 @@ class _Lowering:
             and lowered.written
             and not alone
         ):
-            variable = self._fresh("real", "result")
+            variable = self._fresh(lowered.kind, "result")
             before.append(Assign(variable, lowered))
             lowered = variable
         return before, lowered
 
-    def _values(
-        self, several: Sequence[Expression]
-    ) -> tuple[list[Statement], list[Expression]]:
+    def _values(self, several: Sequence[Expression]) -> tuple[list[Statement], list[Expression]]:
         """The same of several expressions, one after the other."""
         before: list[Statement] = []
         values: list[Expression] = []
@@ -351,14 +358,19 @@ def _block_renamed(body: Sequence[Statement], names: Mapping[str, str]) -> tuple
     return tuple(_statement_renamed(s, names) for s in body)
 
 
-def _statement_renamed(statement: Statement, names: Mapping[str, str]) -> Statement:
+def _statement_renamed(  # noqa: PLR0911 - one case a line
+    statement: Statement, names: Mapping[str, str]
+) -> Statement:
     new = [_expression_renamed(e, names) for e in direct_expressions(statement)]
     match statement:
         case Assign():
             return Assign(_target_renamed(statement.target, names), new[-1])
         case Unpack(targets=several):
+            call = new[-1]
             renamed_targets = (t and _target_renamed(t, names) for t in several)
-            return Unpack(tuple(renamed_targets), new[-1])
+            return Unpack(
+                tuple(renamed_targets), call if isinstance(call, Call) else statement.value
+            )
         case Jump():
             return statement
         case Return():

@@ -157,14 +157,14 @@ def function_text(f: ProgramFunction, called: Mapping[str, str]) -> str:
     copied, handed_back = {}, []
     for a in f.arguments:
         if isinstance(a, Name):
-            lines.append(f"    input Real {a.name};")
+            lines.append(f"    input {TYPES[a.kind]} {a.name};")
         elif a.written:
             copied[a.name] = names.new(f"{a.name}_before")
             lines.append(f"    input Real {copied[a.name]}[{a.length}];")
             handed_back.append(f"    output Real {a.name}[{a.length}];")
         else:
             lines.append(f"    input Real {a.name}[{a.length}];")
-    lines += [f"    output Real {result};", *handed_back]
+    lines += [f"    output {TYPES[f.results[0]]} {result};", *handed_back]
     if plain:
         lines.append("  protected")
         lines += [f"    {TYPES[k]} {v};" for k, v in zip(plain, declared(f), strict=True)]

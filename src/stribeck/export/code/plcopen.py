@@ -77,7 +77,7 @@ def _pou(unit: ProgramUnit) -> ET.Element:
     element = ET.Element("pou", name=unit.name, pouType=_POU[unit.kind])
     interface = ET.SubElement(element, "interface")
     if unit.kind == "FUNCTION":
-        ET.SubElement(ET.SubElement(interface, "returnType"), "LREAL")
+        ET.SubElement(ET.SubElement(interface, "returnType"), unit.gives)
     for tag, section in _SECTIONS:
         variables: tuple[Variable, ...] = getattr(unit, section)
         if variables:

@@ -54,13 +54,14 @@ class ProgramUnit:
 
     Args:
         name: Its name.
-        kind: FUNCTION, which gives an LREAL, or FUNCTION_BLOCK.
+        kind: FUNCTION or FUNCTION_BLOCK.
         says: What it is for.
         inputs: VAR_INPUT.
         shared: VAR_IN_OUT.
         outputs: VAR_OUTPUT.
         own: VAR.
         body: Lines of Structured Text.
+        gives: The type of a function's value.
     """
 
     name: str
@@ -71,6 +72,7 @@ class ProgramUnit:
     outputs: tuple[Variable, ...] = ()
     own: tuple[Variable, ...] = ()
     body: tuple[str, ...] = ()
+    gives: str = "LREAL"
 
 
 def program_units(model: Model, name: str, compensator: Compensator | None) -> list[ProgramUnit]:
@@ -153,7 +155,7 @@ class _Units:
             "FUNCTION",
             function.doc,
             inputs=tuple(
-                Variable(a.name, "LREAL") for a in function.arguments if isinstance(a, Name)
+                Variable(a.name, TYPES[a.kind]) for a in function.arguments if isinstance(a, Name)
             ),
             shared=tuple(
                 Variable(a.name, "LREAL", a.length)
@@ -162,6 +164,7 @@ class _Units:
             ),
             own=tuple(Variable(v.name, TYPES[v.kind]) for v in function.variables),
             body=tuple(lines[:-1] if lines[-1] == "RETURN;" else lines),
+            gives=TYPES[function.results[0]],
         )
 
     def _call(self, name: str, **texts: str) -> str:

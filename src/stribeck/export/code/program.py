@@ -2,8 +2,7 @@
 
 Three kinds of values, real, whole and truth; numbers and arrays of fixed length as arguments. A
 `translation` makes a program of a law's source, a `dialect` writes it in its language. What only
-some languages say (several results, arguments that are no real numbers, jumps out of a loop) is
-refused for the others by `lowering`.
+some languages say (several results, jumps in a loop) is refused for the others by `lowering`.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def head(model: Model) -> list[str]:
 
 def unit_text(unit: ProgramUnit) -> str:
     """One unit, with its comment, as it stands in the file."""
-    returns = " : LREAL" if unit.kind == "FUNCTION" else ""
+    returns = f" : {unit.gives}" if unit.kind == "FUNCTION" else ""
     lines = [*(comment([unit.says]) if unit.says else []), f"{unit.kind} {unit.name}{returns}"]
     for word, section in (*_SECTIONS, ("VAR", "own")):
         variables: tuple[Variable, ...] = getattr(unit, section)

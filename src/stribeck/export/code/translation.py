@@ -19,11 +19,13 @@ import math
 import operator
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from ...errors import InputError
 from ...rig.motion.part_call import beginning, called, further
+from .folding import Operation, by_two, known_call, negative, power, real
+from .function_source import FunctionSource, python_function
 from .program import (
     MATH_FUNCTIONS,
     Array,
@@ -59,47 +61,6 @@ _CONSTANTS = {"pi": math.pi, "e": math.e, "inf": math.inf, "nan": math.nan}
 
 
 @dataclass(frozen=True)
-class FunctionSource:
-    """A function to be translated.
-
-    Args:
-        name: Its name in the program.
-        function: Python, or compiled by numba.
-        arrays: Length of each array among its arguments, by argument; rows and columns of a table;
-            0 for numbers of which only the beginning is handed over.
-        written: The arrays that it may write; None for any.
-        drop: Arguments that are dropped: the function must not read them.
-        constants: Arguments whose values are known, numbers or tuples of numbers: they are no
-            arguments in the program, and branches that they rule out are not translated.
-        functions: Arguments that are functions: the names of entries translated before this one.
-        known: Elements of its arrays whose values are known, by place: numbers, or functions that
-            stand there by their addresses, as in a row of `rig.motion.axis_row`.
-    """
-
-    name: str
-    function: Any
-    arrays: Mapping[str, int | tuple[int, int]] = field(default_factory=dict)
-    written: tuple[str, ...] | None = ()
-    drop: tuple[str, ...] = ()
-    constants: Mapping[str, float | tuple[int, ...]] = field(default_factory=dict)
-    functions: Mapping[str, str] = field(default_factory=dict)
-    known: Mapping[str, Mapping[int, Any]] = field(default_factory=dict)
-
-    @property
-    def absent(self) -> frozenset[str]:
-        """Arguments of the function that its translation does not have."""
-        return frozenset((*self.drop, *self.constants, *self.functions))
-
-    @property
-    def key(self) -> tuple[Any, ...]:
-        """What tells one translation of a function from another."""
-        mappings = (self.arrays, self.constants, self.functions)
-        known = ((name, *places.items()) for name, places in self.known.items())
-        named = (tuple(mapping.items()) for mapping in mappings)
-        return python_function(self.function), self.drop, *named, *known
-
-
-@dataclass(frozen=True)
 class _Known:
     """An argument that is known, as its function is told of it: by which field of its source."""
 
@@ -127,12 +88,6 @@ def translate(entries: Sequence[FunctionSource], what: str) -> Program:
             used |= {x.name for x in expressions(f.body) if isinstance(x, Call)}
     functions = tuple(f for f in translation.functions.values() if f.name in used)
     return Program(functions, names, tuple(name for name in MATH_FUNCTIONS if name in used))
-
-
-def python_function(function: Any) -> Callable[..., Any]:
-    """The Python function behind a compiled one."""
-    python: Callable[..., Any] = getattr(function, "py_func", function)
-    return python
 
 
 class _Translation:
@@ -164,7 +119,6 @@ class _Translation:
             self._names[source.key] = unique
             self.add(replace(source, name=unique))
         return self._names[source.key]
-
 
     def known_value(self, value: Expression) -> Number | Truth | None:
         """What a call gives, of a function that gives the same each time and does no more."""
@@ -274,7 +228,7 @@ class _FunctionReader:
                 break  # what follows is never reached
         return tuple(block)
 
-    def _statement(  # noqa: C901, PLR0911 - one case a line
+    def _statement(  # noqa: C901, PLR0911, PLR0912 - one case a line
         self, node: ast.stmt
     ) -> list[Statement]:
         match node:
@@ -332,15 +286,13 @@ class _FunctionReader:
         values = value.elts if isinstance(value, ast.Tuple) else () if value is None else (value,)
         if len(values) != len(self._results):
             raise self._refused(node, f"gives {len(values)} values, not {len(self._results)}")
-        first, *more = (
-            *(self._of_kind(self._expression(v), kind, v)
-              for v, kind in zip(values, self._results, strict=True)),
-        ) or (None,)  # fmt: skip
-        return Return(first, tuple(x for x in more if x is not None))
+        given = [
+            self._of_kind(self._expression(v), kind, v)
+            for v, kind in zip(values, self._results, strict=True)
+        ]
+        return Return(given[0], tuple(given[1:])) if given else Return(None)
 
-    def _together(
-        self, targets: Sequence[ast.expr], values: Sequence[ast.expr]
-    ) -> list[Statement]:
+    def _together(self, targets: Sequence[ast.expr], values: Sequence[ast.expr]) -> list[Statement]:
         """Assignments at once: what one of them would read too late is kept before them."""
         before: list[Statement] = []
         assignments: list[Statement] = []
@@ -386,7 +338,7 @@ class _FunctionReader:
         if array.offset:
             index = Binary("+", place, Number(array.offset, "whole"), "whole")
         self._writes(array.name, node)
-        one = Assign(Item(array.name, index), _real(self._expression(value)))
+        one = Assign(Item(array.name, index), real(self._expression(value)))
         return CountLoop(place.name, Number(array.length, "whole"), (one,))
 
     def _fresh(self, stem: str, kind: Kind, *, again: bool = False) -> Name:
@@ -418,7 +370,7 @@ class _FunctionReader:
     def _of_kind(self, value: Expression, kind: Kind, node: ast.AST) -> Expression:
         """A value as one of a kind."""
         if kind == "real" and value.kind == "whole":
-            return _real(value)
+            return real(value)
         if kind != value.kind:
             raise self._refused(node, f"is {value.kind}, not {kind}")
         return value
@@ -463,19 +415,21 @@ class _FunctionReader:
 
     def _item(self, array: Array, node: ast.expr) -> Item:
         """An element, of a table by its row and its column."""
-        places = [self._expression(n) for n in (node.elts if isinstance(node, ast.Tuple) else [node])]
+        places = [
+            self._expression(n) for n in (node.elts if isinstance(node, ast.Tuple) else [node])
+        ]
         if any(place.kind != "whole" for place in places):
             raise self._refused(node, "is an index that is no whole number")
         if len(places) != 1 + (array.columns > 1):
             raise self._refused(node, f"is no index of {array.name}")
         index = places[0]
         if array.columns > 1:
-            row = _by_two("*", index, Number(array.columns, "whole"))
-            index = _by_two("+", row, places[1])
+            row = by_two("*", index, Number(array.columns, "whole"))
+            index = by_two("+", row, places[1])
         if isinstance(index, Number) and not 0 <= index.value < (array.length or math.inf):
             raise self._refused(node, f"reads {array.name}[{index.value}], it has {array.length}")
         if array.offset:
-            index = _by_two("+", index, Number(array.offset, "whole"))
+            index = by_two("+", index, Number(array.offset, "whole"))
         return Item(array.name, index)
 
     def _expression(  # noqa: C901, PLR0911, PLR0912 - one case a line
@@ -504,7 +458,7 @@ class _FunctionReader:
             ):
                 return Number(values[index], "whole")
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                return _negative(self._expression(operand))
+                return negative(self._expression(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 inner = self._truth(operand)
                 if isinstance(inner, Truth):
@@ -513,7 +467,9 @@ class _FunctionReader:
             case ast.BinOp(left=left, op=op, right=right):
                 return self._binary(op, self._expression(left), self._expression(right), node)
             case ast.Compare(
-                left=left, ops=[ast.In() | ast.NotIn() as op], comparators=[ast.Tuple(elts=elements)]
+                left=left,
+                ops=[ast.In() | ast.NotIn() as op],
+                comparators=[ast.Tuple(elts=elements)],
             ):
                 equal = [self._compared([left, e], [ast.Eq()], node) for e in elements]
                 found = Joined("or", tuple(equal))
@@ -525,8 +481,8 @@ class _FunctionReader:
             case ast.IfExp(test=test, body=yes, orelse=no):
                 return self._choice(self._truth(test), yes, no)
             case ast.Call():
-                value = self._called(node, 1)
-                return self._translation.known_value(value) or value
+                result = self._called(node, 1)
+                return self._translation.known_value(result) or result
         raise self._refused(node, "is an expression that other languages are not told")
 
     def _element(self, item: Item) -> Number | None:
@@ -573,15 +529,15 @@ class _FunctionReader:
     ) -> Expression:
         sign = _SIGNS.get(type(op))
         if isinstance(op, ast.Pow):
-            return _power(left, right)
+            return power(left, right)
         if sign is None or "truth" in (left.kind, right.kind):
             raise self._refused(node, "is an operation that other languages are not told")
         whole = left.kind == right.kind == "whole" and sign != "/"
         if sign in ("//", "%") and not whole:
             raise self._refused(node, "divides reals with a rest or without: write it out")
         if not whole:
-            left, right = _real(left), _real(right)
-        return _by_two(sign, left, right)
+            left, right = real(left), real(right)
+        return by_two(sign, left, right)
 
     def _compared(
         self, nodes: Sequence[ast.expr], ops: Sequence[ast.cmpop], node: ast.AST
@@ -594,7 +550,7 @@ class _FunctionReader:
             if sign is None or (truths and (truths == 1 or sign not in ("==", "!="))):
                 raise self._refused(node, "is a comparison that other languages are not told")
             if left.kind != right.kind:
-                left, right = _real(left), _real(right)  # noqa: PLW2901 - the same values
+                left, right = real(left), real(right)  # noqa: PLW2901 - the same values
             comparisons.append(Compare(sign, left, right))
         if len(comparisons) > 1:
             return Joined("and", tuple(comparisons))
@@ -608,7 +564,7 @@ class _FunctionReader:
             return self._expression(yes if test.value else no)
         a, b = self._expression(yes), self._expression(no)
         if a.kind != b.kind:
-            a, b = _real(a), _real(b)
+            a, b = real(a), real(b)
         return Conditional(test, a, b, a.kind)
 
     def _called(self, node: ast.Call, results: int) -> Expression:
@@ -624,7 +580,7 @@ class _FunctionReader:
         if name in self._entry.functions:
             return self._program_call(self._entry.functions[name], arguments, node, results)
         if name == "float" and len(arguments) == 1:
-            return _real(self._expression(arguments[0]))
+            return real(self._expression(arguments[0]))
         if not self._users_own(func) and (known := self._math(func, name, arguments, node)):
             return known
         callee = self._outside(name) if isinstance(func, ast.Name) else None
@@ -659,7 +615,7 @@ class _FunctionReader:
             len(values) > MATH_FUNCTIONS[name] and name not in ("min", "max")
         ):
             raise self._refused(node, f"{name} takes {MATH_FUNCTIONS[name]} values here")
-        return _known_call(name, tuple(map(_real, values)))
+        return known_call(name, tuple(map(real, values)))
 
     def _function_call(
         self, callee: Any, name: str, arguments: Sequence[ast.expr | Array], node: ast.expr,
@@ -698,14 +654,13 @@ class _FunctionReader:
         if isinstance(argument, ast.Constant | ast.Compare | ast.BoolOp):
             value = self._expression(argument)
             return _Known("constants", value.value) if isinstance(value, Truth) else None
-        name = argument.id if isinstance(argument, ast.Name) else ""
-        if name in self._entry.drop:
-            return _Known("drop")
-        if name in self._entry.constants:
-            return _Known("constants", self._entry.constants[name])
-        if name in self._entry.functions:
-            return _Known("functions", self._entry.functions[name])
-        return None
+        name, entry = argument.id if isinstance(argument, ast.Name) else "", self._entry
+        if name in (*entry.constants, *entry.functions):
+            field: Literal["constants", "functions"] = (
+                "constants" if name in entry.constants else "functions"
+            )
+            return _Known(field, getattr(entry, field)[name])
+        return _Known("drop") if name in entry.drop else None
 
     def _program_call(
         self, name: str, values: Sequence[ast.expr | Array], node: ast.expr, results: int
@@ -752,7 +707,6 @@ class _FunctionReader:
         return InputError(f"{what}: cannot be translated: {name}, line {line}: `{text:.60}`: {why}")
 
 
-Operation = Literal["+", "-", "*", "/", "//", "%"]
 _SIGNS: Mapping[type[ast.operator], Operation] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%",
 }  # fmt: skip
@@ -763,60 +717,6 @@ _BY_ORDER: Mapping[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
     "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
-_BY_TWO: Mapping[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b if b else math.copysign(math.inf, a) * math.copysign(1.0, b),
-    "//": lambda a, b: a // b,
-    "%": lambda a, b: a % b,
-}
-
-
-def _real(expression: Expression) -> Expression:
-    """The same value as a real number: of a whole one that is not known yet, by a call `real`."""
-    if expression.kind == "truth":
-        raise InputError("a truth is not a number: use a conditional expression")
-    if isinstance(expression, Number):
-        return Number(float(expression.value))
-    return Call("real", (expression,)) if expression.kind == "whole" else expression
-
-
-def _negative(expression: Expression) -> Expression:
-    if isinstance(expression, Number):
-        return Number(-expression.value, expression.kind)
-    return Unary("-", expression, expression.kind)
-
-
-def _by_two(sign: Operation, left: Expression, right: Expression) -> Expression:
-    """An operation on two values of one kind, carried out where both are known."""
-    kind: Kind = left.kind
-    if isinstance(left, Number) and isinstance(right, Number):
-        value = _BY_TWO[sign](left.value, right.value)
-        return Number(int(value), "whole") if kind == "whole" else Number(float(value))
-    if sign == "*" and isinstance(left, Number) and left.value == 1:
-        return right
-    return Binary(sign, left, right, kind)
-
-
-def _power(base: Expression, exponent: Expression) -> Expression:
-    """A square as a product, any other power as a call."""
-    if isinstance(exponent, Number) and exponent.value == 2:  # noqa: PLR2004 - the square
-        whole = base.kind == "whole"
-        return Binary("*", base, base, "whole" if whole else "real")
-    return _known_call("pow", (_real(base), _real(exponent)))
-
-
-_BUILT_IN: Mapping[str, Callable[..., float]] = {"abs": abs, "min": min, "max": max, "round": round}
-
-
-def _known_call(name: str, arguments: tuple[Expression, ...]) -> Expression:
-    if len(arguments) > MATH_FUNCTIONS[name]:  # min and max of more than two
-        return _known_call(name, (_known_call(name, arguments[:2]), *arguments[2:]))
-    if all(isinstance(g, Number) for g in arguments):
-        function: Any = _BUILT_IN.get(name) or getattr(math, name)
-        return Number(float(function(*(g.value for g in arguments if isinstance(g, Number)))))
-    return Call(name, arguments)
 
 
 def _kind(annotation: ast.expr | None) -> Kind:

@@ -23,8 +23,8 @@ from ...rig.motion.passage import MEMORY, passed
 from ...rig.motion.velocity import rubs
 from ...space import Array
 from ..code.c import c_functions
+from ..code.function_source import FunctionSource
 from ..code.law_program import law_entries
-from ..code.translation import FunctionSource
 from .symbol import Symbol
 
 #: Where position and velocity stand in `at`, and beyond which they have run away.
@@ -38,9 +38,7 @@ def _start(
 ) -> None:  # fmt: skip
     """At rest as far as the force there lets bristles hold, or in steady motion."""
     memory[:] = 0.0
-    started(
-        rub, states, kind, p, term, c, inputs, held, 0, at[Q], at[V], u, load, last, relaxed, z
-    )
+    started(rub, states, kind, p, term, c, inputs, held, 0, at[Q], at[V], u, load, last, relaxed, z)
 
 
 def _advance(
@@ -48,9 +46,7 @@ def _advance(
     inputs: Array, held: Array, n: int, span: float, tolerance: float, at: Array, z: Array,
     coarse: Array, half: Array, fine: Array, u: Array, load: Array, memory: Array, last: Array,
 ) -> bool:  # fmt: skip
-    """Pass a span, s, in n steps and their halves; whether the motion neither runs away nor takes
-    too many.
-    """
+    """Pass a span, s, in n steps and their halves; False where the motion runs away."""
     if span > 0.0:
         load[POSITION] = np.nan  # constants may be others than before
         mixed(inputs, held, 0, 0.0, u)
@@ -61,7 +57,7 @@ def _advance(
             kind == SLIDE and states == 0, at[Q], at[V], z, coarse, half, fine, u, load, memory,
             ROOM + EACH * n,
         )  # fmt: skip
-    return abs(at[Q]) < FAR and abs(at[V]) < FAR
+    return abs(at[Q]) < FAR and abs(at[V]) < FAR  # type: ignore[no-any-return]
 
 
 def _friction(
@@ -78,7 +74,7 @@ def _friction(
         lower = rubs(slip, rub, general, scale, -0.0, 0.0, z, load, p, out)
         upper = rubs(slip, rub, general, scale, 0.0, 0.0, z, load, p, out)
         force = min(max(F, lower), upper)
-    return force
+    return force  # type: ignore[no-any-return]
 
 
 def motion_source(law: Law, kind: int, row: Sequence[Any]) -> str:
@@ -93,14 +89,14 @@ def motion_source(law: Law, kind: int, row: Sequence[Any]) -> str:
         InputError: a law or a part whose source says something that has no place in C.
     """
     bristles = max(law.states, 1)
-    arrays = {
+    arrays: dict[str, int | tuple[int, int]] = {
         "p": len(law.params), "c": len(row), "inputs": (INPUTS, 2), "held": INPUTS, "at": 2,
         "u": INPUTS, "load": LOAD_ROOM, "memory": MEMORY, "last": LOOP_MEMORY,
         **dict.fromkeys(("z", "relaxed", "coarse", "half", "fine", "out"), bristles),
     }  # fmt: skip
     values = (x.function if isinstance(x, Chain) else x for x in row)
     known = {i: x for i, x in enumerate(values) if not isinstance(x, Symbol)}
-    constants = {
+    constants: dict[str, float | tuple[int, ...]] = {
         "general": law.rub is not None, "states": law.states, "kind": kind,
         "term": tuple(term_places(law).tolist()),
     }  # fmt: skip

@@ -131,9 +131,9 @@ def _whole_drive(parts: tuple[tuple[Slot, PartFunction, int], ...]) -> PartFunct
     behind that; it writes forces and slopes there.
     """
     chains = [tuple(part for part in parts if part[0] == slot) for slot in SLOTS]
-    way, asked, motor, passed, held, loaded = (inlined(_chained(chain)) for chain in chains)
+    way, asked, motor, transmitted, held, loaded = (inlined(_chained(chain)) for chain in chains)
     counts = [sum(n for _, _, n in chain) for chain in chains]
-    asked_at, motor_at, passed_at, held_at, loaded_at = (
+    asked_at, motor_at, transmitted_at, held_at, loaded_at = (
         CONSTANTS + sum(counts[: k + 1]) for k in range(len(SLOTS) - 1)
     )
     turns = bool(chains[0])
@@ -161,7 +161,7 @@ def _whole_drive(parts: tuple[tuple[Slot, PartFunction, int], ...]) -> PartFunct
                     force -= np.copysign(c[MOTOR_FRICTION], force)
         else:
             force, slope[STIFFNESS], slope[DAMPING] = 0.0, 0.0, 0.0
-        force = share * passed(force, q_m, v_m, u, further(c, passed_at), slope)
+        force = share * transmitted(force, q_m, v_m, u, further(c, transmitted_at), slope)
         k, d = share * share * slope[STIFFNESS], share * share * slope[DAMPING]
         if q != load[POSITION]:
             slope[STIFFNESS] = 0.0

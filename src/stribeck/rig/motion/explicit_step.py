@@ -57,7 +57,8 @@ def explicit_step(  # noqa: C901 - the stages of one method
     """A step by Nyström's explicit method of order 4, of an axis that does not stop in it.
 
     Returns position, velocity and acceleration after it, its error, m or rad (inf where a velocity
-    within it is not above `band` on the side `way` of rest), and the rate at which the velocity decays, 1/s.
+    within it is not beyond `band` on the side `way` of rest), and the rate at which the velocity
+    decays, 1/s.
 
     The acceleration is a parabola through its values at the start, the middle and the end. The
     error is at most a third of the second difference of these, whatever lies between them; where

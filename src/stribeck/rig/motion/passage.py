@@ -290,14 +290,14 @@ def _defect(
 def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, banded: bool,
-    q: float, v: float, z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, memory: Array,
-    steps_left: int,
+    q: float, v: float, z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array,
+    memory: Array, steps_left: int,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Position and velocity after the interval that begins with sample k, and steps still left.
 
     It is passed in n steps and their halves; the states go on in `z`. A slide under a law without
-    states may be `banded`, and then has a band of speeds in which it rests. Where no steps are left for
-    all of it, position and velocity are nan.
+    states may be `banded`, and then has a band of speeds in which it rests. Where no steps are left
+    for all of it, position and velocity are nan.
     """
     base = span / n
     band = c[BAND] if banded else 0.0
