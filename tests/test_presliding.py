@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import interval_axes
+from foreign_axes import noisy, recordings
 from stribeck import Fit, Recording, identify, read, select, validate
 from stribeck.data.repeated_samples import is_new
 from stribeck.friction import law_named
@@ -144,3 +146,17 @@ def test_what_must_be_above_what_is_asked_of_every_parameter(
     # A refit that breaks such an order cannot be run, and its interval would have no width.
     names = law_named(law).names
     assert {(names[i], names[j]) for i, j in orders(law_named(law), nonlinear=True)} == pairs
+
+
+def test_a_level_that_may_be_the_other_one_is_not_identified() -> None:
+    """A foreign log without a drop: that level is called F_C beside a drop below all speeds."""
+    axis = interval_axes.lugre(32)
+    logs = recordings(axis, noisy(axis, np.random.default_rng(32)))
+    fit = identify(logs, rig=PRESLIDING.set(**axis.given), law="lugre")
+    by_name = {e.name: e for e in fit.estimates}
+    F_S, F_C, v_s = (by_name[name] for name in ("F_S", "F_C", "v_s"))
+    assert v_s.low_ended == "bound"
+    assert F_C.verdict == "weak"
+    assert "v_s may be at an end of its range" in F_C.meaning
+    assert F_S.verdict == "identified"
+    assert F_S.low < axis.truth["F_S"] < F_S.high

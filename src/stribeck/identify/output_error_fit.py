@@ -48,6 +48,7 @@ from .uncertainty.estimates import (
     correlation_warnings,
     estimates,
     resting,
+    without_levels_of_an_unseen_drop,
     without_partners,
 )
 
@@ -229,6 +230,7 @@ def _judged(
     of_scale = ratios(parameters, judged, solved.correlation, scaled, common=True)
     judged = lowered(parameters, judged, violations)
     judged = without_partners(parameters, judged, solved.correlation)
+    judged = without_levels_of_an_unseen_drop(parameters, judged)
     return _Judgement(judged, tuple(violations), left_over, sums, differing, slopes, of_scale)
 
 

@@ -43,7 +43,10 @@ def never_slid(parameters: Parameters, recordings: Sequence[Recording]) -> list[
 def mark_never_slid(
     parameters: Parameters, estimates: Sequence[Estimate], recordings: Sequence[Recording]
 ) -> tuple[Estimate, ...]:
-    """The estimates, with no parameter called identified that only sliding shows and none saw."""
+    """The estimates, with no parameter called identified that only sliding shows and none saw.
+
+    An end of its interval that is a guess is that of its range: nothing in the logs is nearer.
+    """
     if not recordings or not all(map(_below_breakaway, recordings)):
         return tuple(estimates)
     hidden = {
@@ -51,11 +54,21 @@ def mark_never_slid(
     }
     meaning = "the axis never slid: what fits the loops is the level towards which they flatten"
     return tuple(
-        replace(e, verdict="not identifiable", reason="data", meaning=meaning)
+        replace(_as_open(e), verdict="not identifiable", reason="data", meaning=meaning)
         if e.name in hidden
         else e
         for e in estimates
     )
+
+
+def _as_open(e: Estimate) -> Estimate:
+    """An estimate whose interval reaches the range's end where its own end is a guess."""
+    q = e.searched
+    if q is not None and e.low_ended == "budget":
+        e = replace(e, low=q.lower, low_ended="bound")
+    if q is not None and e.high_ended == "budget":
+        e = replace(e, high=q.upper, high_ended="bound")
+    return e
 
 
 def _below_breakaway(recording: Recording) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ...rig.rig import shown_in
+from ...rig.rig import shown_in, stem
 from ...space import Array, Param, Space
 from ..parameters import AT_END
 from .profile_walk import Ended
@@ -28,6 +28,8 @@ TOGETHER = 0.95
 BORDERLINE = 1.25
 #: Reasons of a verdict that no width changes.
 UNMOVED = ("rests on another", "guessed")
+#: Parameters that say at which speed friction drops from F_S to F_C.
+_PLACES_OF_A_DROP = frozenset({"v_s", "v_SS"})
 
 
 @dataclass(frozen=True)
@@ -220,6 +222,46 @@ def without_partners(
         i = at.get(parameters.tied.get(q.name, q.name))
         if e.verdict == "identified" and i is not None and together[i].any():
             result.append(replace(e, verdict="weak", reason="rests on another"))
+        else:
+            result.append(e)
+    return tuple(result)
+
+
+def without_levels_of_an_unseen_drop(
+    parameters: Parameters, estimates: Sequence[Estimate]
+) -> tuple[Estimate, ...]:
+    """Estimates of which the level after a drop is not identified if that may be below all speeds.
+
+    Bristles give way gradually, so that a log without a drop shows one level: that after a drop
+    below its speeds, or that before one above them. A search ends in one of the two; the other
+    costs as much, and there the level that was named is anywhere.
+
+    Args:
+        parameters: Theirs.
+        estimates: As in `parameters.every`.
+    """
+    if not parameters.law.states:
+        return tuple(estimates)
+    places = [
+        e
+        for q, e in zip(parameters.every, estimates, strict=True)
+        if q.name in _PLACES_OF_A_DROP and e.verdict != "fixed"
+    ]
+    open_ends = {
+        level: e.name
+        for e in places
+        for ended, level in ((e.low_ended, "F_C"), (e.high_ended, "F_S"))
+        if ended in ("bound", "flat")
+    }
+    result = []
+    for q, e in zip(parameters.every, estimates, strict=True):
+        place = open_ends.get(stem(q.name))
+        if place is not None and e.verdict == "identified":
+            meaning = (
+                f"{e.meaning}; {place} may be at an end of its range, and the one level that the "
+                "log shows may as well be the other of F_S and F_C"
+            )
+            result.append(replace(e, verdict="weak", reason="rests on another", meaning=meaning))
         else:
             result.append(e)
     return tuple(result)
