@@ -22,6 +22,8 @@ STEPS = ("logs", "look", "axis", "fit", "verdict", "out")
 #: The first plot of a page, and its first field.
 PLOT = "document.querySelector('.canvas').closest('figure').plot"
 FIELD = "document.querySelectorAll('.field input')[0].value"
+#: How a picture is scrolled to.
+AT_ONCE = "{behavior: 'instant'}"
 #: The texts of a page; and what a key looks like that has no words in the catalogue.
 TEXTS = """(() => {
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
@@ -95,7 +97,9 @@ def test_a_search_is_drawn_as_it_goes_stopped_and_kept(chromium: Any, tmp_path: 
         w.page.fill("input[aria-label^='F_fm:']", "20±5")
         w.page.keyboard.press("Tab")
         w.page.wait_for_selector("tr:not(.untouched):has-text('F_fm')")
-        w.page.evaluate("document.querySelector('#composition').scrollIntoView()")
+        w.page.wait_for_selector("text=The log suggests")
+        w.page.wait_for_selector("#composition svg")
+        w.page.evaluate(f"document.querySelector('#composition').scrollIntoView({AT_ONCE})")
         w.picture("axis")
         w.page.click("#next:not([disabled])")
         w.drawn()

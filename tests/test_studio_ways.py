@@ -164,6 +164,10 @@ def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mou
             page.wait_for_selector("#next")
             page.wait_for_selector("#channels:not(:has(#lacking))")
         if pictured:
+            end = "{behavior: 'instant', block: 'end'}"
+            page.evaluate(
+                f"document.querySelector('.drive > .note:last-child').scrollIntoView({end})"
+            )
             w.picture("logs")
         hand.press("#next")
         w.drawn()

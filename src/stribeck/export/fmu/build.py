@@ -1,8 +1,8 @@
 """A co-simulation unit (FMI 2.0) of axis and friction, compiled for this platform, with sources.
 
-The axis is stepped by the functions of `rig.motion` that step it here, in C (`motion.py`); by hand
-are the functions of FMI and what they call of an axis. FMI 2.0, since every tool that loads units
-loads those.
+The axis is stepped by the functions of `rig.motion` that step it here, translated into C
+(`unit_motion`); by hand are the functions of FMI and what they call of an axis. FMI 2.0, since
+every tool that loads units loads those.
 """
 
 from __future__ import annotations
@@ -30,12 +30,11 @@ from ...rig.motion.drive_force import LOOP_MEMORY
 from ...rig.motion.drives import ENABLED, INPUTS
 from ...rig.motion.implicit import MOST_STEPS
 from ...rig.motion.passage import MEMORY
-from ..code.c_selftest import comment
 from ..model import Model
 from .axis import Axis, axis
 from .description import described, page
-from .motion import motion_source
 from .symbol import Symbol, c_text
+from .unit_motion import motion_source
 
 #: The C that is the same for every axis, and what of it is compiled.
 _OWN = ("axis.h", "axis.c", "fmi2.h", "fmi2.c")
@@ -90,12 +89,10 @@ def fmu(model: Model, name: str = "friction", *, binary: bool = True) -> bytes:
 def _sources(model: Model, fmu_axis: Axis) -> dict[str, bytes]:
     """Names and contents of the C files, without the unit's GUID."""
     folder = Path(__file__).parent / "fmu_c"
-    motion = comment(["The motion of this axis, translated from the library that made the unit."])
-    motion += "\n" + motion_source(model.law, fmu_axis.drive, fmu_axis.row)
     return {
         **{n: (folder / n).read_bytes() for n in _OWN},
         "axis_model.h": _values(model, fmu_axis).encode(),
-        "axis_motion.h": motion.encode(),
+        "axis_motion.h": motion_source(model.law, fmu_axis.drive, fmu_axis.row).encode(),
     }
 
 

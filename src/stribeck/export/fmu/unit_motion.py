@@ -109,4 +109,5 @@ def motion_source(law: Law, kind: int, row: Sequence[Any]) -> str:
         )
         for name, function in (("start", _start), ("advance", _advance), ("friction", _friction))
     ]  # fmt: skip
-    return c_functions([law_source, *entries], f"law {law.name} on its axis", "motion_")
+    text = c_functions([law_source, *entries], f"law {law.name} on its axis", "motion_")
+    return f"/* The motion of this axis, translated from the library that made the unit. */\n{text}"
