@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import math
 import os
 import re
 import shutil
@@ -131,7 +130,7 @@ def _values(model: Model, fmu_axis: Axis) -> str:
     symbols = {i: x for i, x in enumerate(fmu_axis.row) if isinstance(x, Symbol | float | int)}
     constants = " ".join(f"c[{i}] = {c_text(x)};" for i, x in symbols.items())
     defined["AXIS_CONSTANTS_FROM(r)"] = constants
-    starts = ", ".join(_number(v.start) for v in fmu_axis.values)
+    starts = ", ".join(c_text(v.start or 0.0) for v in fmu_axis.values)
     return "\n".join(
         [
             "/* This axis: where its values stand. */",
@@ -140,12 +139,6 @@ def _values(model: Model, fmu_axis: Axis) -> str:
             "",
         ]
     )
-
-
-def _number(value: float | None) -> str:
-    if value is None:
-        return "0.0"
-    return repr(float(value)) if math.isfinite(value) else "HUGE_VAL"
 
 
 def _platform() -> tuple[str, str]:

@@ -391,7 +391,7 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                         stop = piece * (v - way * band) / (v - v_1)
                     if looks > LOOKS or not 0.0 < stop < piece:
                         level, stop, looks = _halved(level, piece), 0.0, 0
-                    if banded and abs(v) <= band:  # it has hardly begun
+                    if banded and 0.0 < abs(v) <= band:  # it has hardly begun
                         v, stop = 0.0, 0.0
                     continue
             elif states == 0 and v_1 * v_f <= 0.0:  # extrapolated past the stop
