@@ -41,6 +41,7 @@ PARTS = {
     "bbob_area": "BBOB",
     "selection": "Which law two real axes need",
     "axes": "Real axes, beside what others published",
+    "other_tools": "Other tools on the same recordings",
     "presliding": "Loops below breakaway",
     "simulators": "Exported joints in MuJoCo",
     "exports": "Exported C and co-simulation units",

@@ -22,6 +22,7 @@ from stribeck.fleet.drift import drift
 from stribeck.fleet.fleet_page import write_drift_page
 from stribeck.fleet.fleet_table import FILE, FOLDER, read_table
 from stribeck.fleet.manifest import read_manifest
+from stribeck.fleet.parquet_file import parquet_frame
 
 LOGS = 5
 FIRST = dt.datetime(2026, 3, 1)  # noqa: DTZ001 - as a table has it
@@ -355,3 +356,37 @@ def test_a_map_that_the_disk_cannot_take_leaves_the_maps_that_there_are(
             save_map(tmp_path, ["b"], LogMap.of({"position": "b [m]"}))
     assert [heads for heads, _ in saved_maps(tmp_path)] == [["a"]]
     assert len(list(tmp_path.iterdir())) == 1  # nothing of the draft is left
+
+
+def test_a_damaged_parquet_file_fails_without_a_word_of_its_library(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "rows.parquet"
+    frame = pl.DataFrame({"axis": ["x"] * 48, "value": [float(k) for k in range(48)]})
+    frame.write_parquet(file, compression="uncompressed", statistics=False)
+    whole, panics = file.read_bytes(), 0
+    for k in range(20, 120):  # heads of pages, most of them
+        file.write_bytes(whole[:k] + b"\0" + whole[k + 1 :])
+        try:
+            parquet_frame(file)
+        except pl.exceptions.PanicException:
+            panics += 1
+        except pl.exceptions.PolarsError:
+            pass
+    assert panics  # which polars tells by itself: a dozen lines each
+    assert capfd.readouterr().err == ""
+    os.write(2, b"others are heard\n")
+    assert capfd.readouterr().err == "others are heard\n"
+
+
+def test_a_fleet_from_a_damaged_manifest_is_refused_in_one_line(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "plant.parquet"
+    frame = pl.DataFrame({"axis": ["x"] * 48, "log": ["x.csv"] * 48, "rig": ["forced"] * 48})
+    frame.write_parquet(file, compression="uncompressed", statistics=False)
+    whole = file.read_bytes()
+    file.write_bytes(whole[:27] + b"\0" + whole[28:])
+    run = caller(monkeypatch, capfd)
+    status, _, err = run("fleet", str(file), "--out", str(tmp_path / "plant"))
+    assert (status, len(err.splitlines())) == (2, 1)

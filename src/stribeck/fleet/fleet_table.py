@@ -19,6 +19,7 @@ import polars as pl
 from ..errors import InputError
 from ..report.folder import replace_tree
 from .axis_job import AxisRecord
+from .parquet_file import parquet_frame
 from .table_check import GREATEST, checked
 from .table_columns import COLUMNS, PATH_COLUMNS, SCHEMA, VERSION
 
@@ -172,7 +173,7 @@ def _partition(file: Path) -> pl.DataFrame:
     """
     machine, month = (unquote(p.name.partition("=")[2]) for p in (file.parents[1], file.parent))
     try:
-        frame = pl.read_parquet(file, hive_partitioning=False, glob=False)
+        frame = parquet_frame(file)
         texts = {"machine": pl.lit(machine), "month": pl.lit(month)}
         return checked(frame.drop(PATH_COLUMNS, strict=False)).select(
             *(texts[name].alias(name) if name in texts else pl.col(name) for name in COLUMNS)

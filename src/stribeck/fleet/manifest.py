@@ -17,6 +17,7 @@ from ..friction import law_named
 from ..rig.lookup import rig_named
 from ..text_file import page
 from .manifest_row import ManifestRow
+from .parquet_file import parquet_frame
 from .row_pattern import matched_rows
 
 #: What is taken for a manifest.
@@ -92,7 +93,7 @@ def _frame(file: Path) -> pl.DataFrame:
         raise InputError("no such file")
     try:
         if file.suffix.lower() == ".parquet":
-            return pl.read_parquet(file, hive_partitioning=False)
+            return parquet_frame(file)
         with file.open(encoding="utf-8-sig") as opened:
             head = opened.readline(1 << 16)
         separator = ";" if head.count(";") > head.count(",") else ","
