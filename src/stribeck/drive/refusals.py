@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..errors import InputError
 from ..units import unit
+from ..wording import either
 from .chain import counts_unknown
 from .chain_numbers import ACTING, EXAMPLES, example_of
 
@@ -37,22 +38,28 @@ def missing_chain(written: str) -> str | None:
     if dimension == _SHARE and share not in ("", "1", "-", "dimensionless"):
         torque, current = (_line(share, q) for q in ("torque", "current"))
         return (
-            f"is in {share}, which does not say of what: write a [drive] table in the rig or the "
-            f'column map with {torque}; or with {current}, kt = "{EXAMPLES["kt"]}"; or the same '
+            f"is in {share}, which does not say of what: {_table()} "
+            f'with {torque}; or with {current}, kt = "{EXAMPLES["kt"]}"; or the same '
             "of standstill_torque, peak_torque, standstill_current, peak_current; and lead and "
             "gear where there are: `stribeck drives` lists what makers mean"
         )
     if dimension == _COUNT:
         return (
-            f'is in {written.strip()}: write a [drive] table with signal = "counts" and scale = '
+            f'is in {written.strip()}: {_table()} with signal = "counts" and scale = '
             '"2.69 mA" (what one is) and kt = "1.8 N m/A"'
         )
     if dimension == _CURRENT:
         return (
-            'is a current: write a [drive] table with signal = "A rms" (or "A peak", or "A" '
+            f'is a current: {_table()} with signal = "A rms" (or "A peak", or "A" '
             'of a direct current) and kt = "0.52 N m/A rms"; without kt friction is in A'
         )
     return None
+
+
+def _table() -> str:
+    """Where a drive is described."""
+    place = either("in a map of columns (--columns MAP.toml)", "as drive={...} of `read`")
+    return f"write a [drive] table, {place} or in the rig's file,"
 
 
 def _line(share: str, quantity: str) -> str:

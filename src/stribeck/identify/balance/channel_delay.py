@@ -112,13 +112,11 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     W, rest = columns(solution)
     one = np.zeros_like(parts)
     near = np.array([_vertex(lags, variance, least)])
-    whole = _stepped(solution, W, rest, one, near, row)
-    whole = _refined(solution, W, rest, one, whole, row)
+    whole = _refined(solution, W, rest, one, near, row)
     lag = float(whole.lags[0])
     start = np.where(np.abs(lags[places] - lags[least]) <= row, lag, lags[places])
     before = whole if np.ptp(start) == 0.0 else None
-    apart = _stepped(solution, W, rest, parts, start, row, before)
-    apart = _refined(solution, W, rest, parts, apart, row)
+    apart = _refined(solution, W, rest, parts, start, row, before)
     tiny = float(np.finfo(float).tiny)
     force = system.y - rest
     unmoved = force - W @ variable_projection.least_squares(W, force)
@@ -262,10 +260,26 @@ class _Step:
 
 
 def _refined(
-    solution: Balance, W: Array, rest: Array, parts: NDArray[np.intp], first: _Step, row: float
+    solution: Balance,
+    W: Array,
+    rest: Array,
+    parts: NDArray[np.intp],
+    lags: Array,
+    row: float,
+    alike: _Step | None = None,
 ) -> _Step:
-    """The lags at which the instrument leaves no step, from one within some rows of them."""
-    best = first
+    """The lags at which the instrument leaves no step, from lags within some rows of them.
+
+    Args:
+        solution: As of `_stepped`.
+        W: The same.
+        rest: The same.
+        parts: The same.
+        lags: Where it begins, (parts,).
+        row: Time between two rows, s.
+        alike: A step at these lags, if they are one for all.
+    """
+    best = _stepped(solution, W, rest, parts, lags, row, alike)
     for _ in range(_STEPS):
         if np.abs(best.change).max() < _FINE * row:
             break
@@ -302,18 +316,15 @@ def _stepped(
     system = solution.system
     inside = _inside(system, parts, lags)
     if alike is None:
-        force, before, after = _moved(system, parts, lags, _SPAN * row)
-        slope: Array = (after - before) / (2 * _SPAN * row)
-        del before, after
+        force, slope = _moved(system, parts, lags, _SPAN * row)
         instrument: Array = _modelled_slope(solution, np.where(inside, force, system.y))
     else:
         force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
-    inner = W if inside.all() else W * inside[:, None]
     (rows, k), count = W.shape, len(lags)
     J, gain = np.empty((k + count, rows)), np.empty((count, count))
     Z = J[k:]
     basis: Array = J[:k].T  # the columns themselves take its place at the end
-    basis[:] = inner
+    np.multiply(W, inside[:, None], out=basis)
     in_place = qr(basis, overwrite_a=True, mode="economic", check_finite=False)[0]
     basis = np.asarray(in_place, dtype=np.float64)
     r = _beside(basis, np.where(inside, force - rest, 0.0))
@@ -321,8 +332,8 @@ def _stepped(
         z[:] = _beside(basis, np.where((parts == part) & inside, instrument, 0.0))
     for part in range(count):
         gain[:, part] = Z @ _beside(basis, np.where((parts == part) & inside, slope, 0.0))
-    J[:k] = inner.T
-    del basis, inner
+    del basis
+    np.multiply(W.T, inside, out=J[:k])
     change = np.linalg.lstsq(gain, Z @ r, rcond=None)[0]
     look = quick_look(J, r, [len(log.t) for log in system.logs])
     tiny, eps = np.finfo(float).tiny, np.finfo(float).eps
@@ -332,12 +343,20 @@ def _stepped(
     return _Step(lags, np.asarray(change), errors, variance, force, slope, instrument)
 
 
-def _moved(system: System, parts: NDArray[np.intp], lags: Array, span: float) -> Array:
-    """The force of each part, measured later by its lag, and by a span less and more, (3, rows)."""
+def _moved(
+    system: System, parts: NDArray[np.intp], lags: Array, span: float
+) -> tuple[Array, Array]:
+    """The force of each part, measured later by its lag, and its slope over a span, (rows,)."""
     distinct, which = np.unique(lags, return_inverse=True)
-    force = system.at_lags(np.concatenate([distinct, distinct - span, distinct + span]))
     rows, column = np.arange(len(parts)), which[parts]
-    return np.array([force[rows, column + k * len(distinct)] for k in range(3)])
+
+    def force(at: Array) -> Array:
+        return np.asarray(system.at_lags(at)[rows, column])
+
+    slope = force(distinct + span)
+    slope -= force(distinct - span)
+    slope /= 2 * span
+    return force(distinct), slope
 
 
 def _inside(system: System, parts: NDArray[np.intp], lags: Array) -> NDArray[np.bool_]:
@@ -359,14 +378,15 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     """The slope over time of the force that the model explains, (rows,)."""
     system, p = solution.system, solution.values.copy()
     linear = [k for k, i in enumerate(system.free) if i in system.linear]
-    W = solution.jacobian[:, linear]
+    J = solution.jacobian
+    W = J if len(linear) == J.shape[1] else J[:, linear]
     p[system.linear] = 0.0
     without = system.predicted(p[None])[:, 0]
     force = force - without
     if len(system.prior):
         W, force = np.vstack([W, system.prior]), np.append(force, np.zeros(len(system.prior)))
     p[[system.free[k] for k in linear]] = variable_projection.least_squares(W, force)
-    del W, force
+    del J, W, force
     models = [force_signal(system.rig, system.law, log, p) for log in system.logs]
     return np.concatenate([
         log.thin(partial(_slope, log, model))

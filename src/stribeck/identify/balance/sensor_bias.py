@@ -198,26 +198,40 @@ def _move(
 ) -> Array:
     """By how much the free parameters move with the error added once more, (free,)."""
     parameters = solved.system.parameters
-    logs = [_noisier(log, rng) for log in recordings]
-    filtered = filtered_logs(logs, parameters, None, rows)
-    system = System(parameters, rows_of(filtered, solved.system.logs))
+    system = System(parameters, rows_of(
+        filtered_logs(
+            [_noisier(log, solved.system.filtering, rng) for log in recordings],
+            parameters, None, rows,
+        ),
+        solved.system.logs,
+    ))  # fmt: skip
     J = system.jacobian(solved.values)
     r = system.y - system.predicted(solved.values[None])[:, 0]
     seen = np.isfinite(np.diag(solved.covariance))
-    lengths = np.linalg.norm(J[:, seen], axis=0)
+    columns = J[:, seen]
+    lengths = np.linalg.norm(columns, axis=0)
     lengths[lengths == 0] = 1.0
+    columns /= lengths
     move = np.zeros(J.shape[1])
-    move[seen] = np.linalg.lstsq(J[:, seen] / lengths, r, rcond=None)[0] / lengths
+    move[seen] = np.linalg.lstsq(columns, r, rcond=None)[0] / lengths
     return move
 
 
-def _noisier(log: Recording, rng: np.random.Generator) -> Recording:
-    """A log with as much error again on its position and on its recorded velocity."""
-    position = log.position + _error(log.position) * rng.standard_normal(len(log))
-    if log.velocity is None:
+def _noisier(log: Recording, filtering: Filtering, rng: np.random.Generator) -> Recording:
+    """A log with as much error again on its position, and on its velocity where that is used."""
+    position = _with_error(log.position, rng)
+    if log.velocity is None or filtering.velocity != "recorded":
         return replace(log, position=position)
-    velocity = log.velocity + _error(log.velocity) * rng.standard_normal(len(log))
-    return replace(log, position=position, velocity=velocity)
+    return replace(log, position=position, velocity=_with_error(log.velocity, rng))
+
+
+def _with_error(channel: Array, rng: np.random.Generator) -> Array:
+    """A channel with as much error again, in one array that a recording need not copy."""
+    noisy = rng.standard_normal(len(channel))
+    noisy *= _error(channel)
+    noisy += channel
+    noisy.setflags(write=False)
+    return noisy
 
 
 def _allowed(solved: Balance, shift: Array, error: Array) -> SensorBias:

@@ -41,9 +41,13 @@ def settled(system: System, p: Array) -> System:
 
 
 def rows_of(logs: Sequence[Log], others: Sequence[Log]) -> list[Log]:
-    """Logs with the rows that count in others, of the same samples."""
+    """Logs with the rows that count in others, of the same samples.
+
+    Their loads are those of the others, whose recordings are kept anyway: of a noisier copy of a
+    long log nothing is left once it is filtered.
+    """
     return [
-        replace(log, counts=other.counts, t=other.t, weight=other.weight)
+        replace(log, counts=other.counts, t=other.t, weight=other.weight, loads=other.loads)
         for log, other in zip(logs, others, strict=True)
     ]
 
