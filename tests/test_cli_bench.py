@@ -306,3 +306,17 @@ def test_what_cannot_be_done_is_one_line(
     assert err.startswith("stribeck: ")
     assert line in err
     assert {p: p.read_bytes() for p in sorted(tmp_path.rglob("*")) if p.is_file()} == before
+
+
+def test_a_campaign_of_methods_that_are_not_installed_runs_nothing(
+    bench: Callable[..., Completed], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    present = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "dfols" else present(name)
+    )
+    answer = bench(tmp_path, "twins", "--out", "twins")
+    assert answer.status == 2
+    assert "methods need dfols, not installed here: pip install 'stribeck[bench]'" in answer.err
+    assert not (tmp_path / "twins").exists()
+    assert bench(tmp_path, "twins", "--show").status == 0

@@ -15,11 +15,12 @@ its function below.
 
 from __future__ import annotations
 
+import importlib.util
 import inspect
 import itertools
 import logging
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -322,11 +323,15 @@ def _niapy_bfo(
 
 @dataclass(frozen=True)
 class _Peer:
-    """How a peer is run, whether another run brings other points, whether it wants residuals."""
+    """How a peer is run, whether another run brings other points, whether it wants residuals.
+
+    And the library of the extra `bench` that it needs, by the name of its module.
+    """
 
     run: Callable[..., None]
     random: bool = True
     residuals: bool = False
+    library: str = ""
 
     @property
     def settings(self) -> Mapping[str, inspect.Parameter]:
@@ -341,13 +346,13 @@ PEERS: dict[str, _Peer] = {
     "dual-annealing": _Peer(_dual_annealing),
     "shgo": _Peer(_shgo, random=False),
     "direct": _Peer(_direct, random=False),
-    "cma-ipop": _Peer(_cma_ipop),
-    "cma-bipop": _Peer(_cma_bipop),
-    "cma-lq": _Peer(_cma_lq),
-    "pymoo-ga": _Peer(_pymoo_ga),
-    "pymoo-de": _Peer(_pymoo_de),
-    "niapy-bfo": _Peer(_niapy_bfo),
-    "dfo-ls": _Peer(dfo_ls, residuals=True),
+    "cma-ipop": _Peer(_cma_ipop, library="cma"),
+    "cma-bipop": _Peer(_cma_bipop, library="cma"),
+    "cma-lq": _Peer(_cma_lq, library="cma"),
+    "pymoo-ga": _Peer(_pymoo_ga, library="pymoo"),
+    "pymoo-de": _Peer(_pymoo_de, library="pymoo"),
+    "niapy-bfo": _Peer(_niapy_bfo, library="niapy"),
+    "dfo-ls": _Peer(dfo_ls, residuals=True, library="dfols"),
     "least-squares": _Peer(least_squares, residuals=True),
 }
 
@@ -396,6 +401,20 @@ def search(
             return count.trace, "exhausted"
         count.restarted()
     raise AssertionError("streams never end")
+
+
+def check_installed(names: Iterable[str]) -> None:
+    """Refuse, before any run, methods whose library is not there.
+
+    Raises:
+        InputError: some are not installed.
+    """
+    needed = dict.fromkeys(PEERS[n].library for n in names if n in PEERS and PEERS[n].library)
+    if absent := [module for module in needed if importlib.util.find_spec(module) is None]:
+        raise InputError(
+            f"other people's methods need {', '.join(absent)}, not installed here: pip install "
+            "'stribeck[bench]', or take these methods out of the campaign (--show prints it)"
+        )
 
 
 def chosen(name: str, settings: Mapping[str, Any]) -> _Peer:

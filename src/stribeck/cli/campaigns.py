@@ -71,9 +71,11 @@ def _studied(plan: Campaign, at: Engine, folder: Path, resume: bool) -> Study:
     from ..bench.runner import conduct
     from ..bench.store import Store
     from ..bench.study import Study
+    from ..bench.third_party import check_installed
     from ..report.folder import check_folder
 
     check_folder(folder)
+    check_installed(entry.method for entry in plan.entries)
     file = folder / "store.sqlite"
     with Store.open(
         file, campaign=plan.name, seed=plan.seed, text=plan.text, must_exist=resume
