@@ -28,7 +28,7 @@ from ..polish import polish
 from .covariance import QuickLook, quick_look
 from .linearisation import box_of, linearised
 from .profile_walk import Ended, Ray, Walked, beyond, rechecked, walk
-from .residuals import Residuals, dofs_of, logs_of, rounding_of
+from .residuals import Residuals, dofs_of, logs_of
 
 LEVEL = 0.95
 #: Rows that profiles may evaluate unless a caller says otherwise.
@@ -167,15 +167,14 @@ def profiles(
             polish(counted, mode, None, MODE * (box.dim + 1))
     while True:
         few = dofs_of(problem)
-        rounding = rounding_of(problem, best.J)
-        rough = _thresholds(quick_look(best.J, best.r, logs), level, ratio, few, rounding)
+        rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio, few)
         if not keep:
             best = _refined(best, counted, box, FINEST * float(rough.min()))
             if np.isfinite(few).any() and counted.left > 2 * box.dim:
                 # Corrected slopes give rows to a parameter that only its few observations move.
                 best = linearised(counted, box, box.x(best.u))
         quick = quick_look(best.J, best.r, logs)
-        thresholds = _thresholds(quick, level, ratio, few, rounding)
+        thresholds = _thresholds(best, quick, level, ratio, few)
         rays = [
             Ray(problem, box, best, k, sign, thresholds[k], _reach(quick, thresholds[k], k))
             for k in chosen
@@ -222,14 +221,14 @@ def _refined(best: Iterate, counted: Counted, box: Box, gain: float) -> Iterate:
 
 
 def _thresholds(
-    quick: QuickLook, level: float, ratio: Array | None, few: Array, rounding: float
+    best: Iterate, quick: QuickLook, level: float, ratio: Array | None, few: Array
 ) -> Array:
     """By how much the sum of squares may rise, (dim,)."""
     quantile = fdtri(1, np.minimum(few, quick.dof), level)
     ratios = quick.ratio if ratio is None else np.asarray(ratio, dtype=float)
     # A fit without misfit is known as well as finite differences are.
-    least = rounding**2 + float(np.finfo(float).tiny)
-    thresholds: Array = max(quick.variance, least) * quantile * ratios
+    least = (1e-8 * np.abs(best.J).max(initial=0.0)) ** 2 + np.finfo(float).tiny
+    thresholds: Array = max(quick.variance, float(least)) * quantile * ratios
     return thresholds
 
 
