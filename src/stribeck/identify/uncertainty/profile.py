@@ -27,7 +27,7 @@ from ...space import Array
 from ..polish import polish
 from .covariance import QuickLook, quick_look
 from .linearisation import box_of, linearised
-from .profile_walk import Ended, Ray, Walked, beyond, rechecked, walk
+from .profile_walk import Ended, Ray, Walked, beyond, nearest, rechecked, walk
 from .residuals import Residuals, dofs_of, logs_of, rounding_of
 
 LEVEL = 0.95
@@ -177,7 +177,7 @@ def profiles(
         quick = quick_look(best.J, best.r, logs)
         thresholds = _thresholds(quick, level, ratio, few, rounding)
         rays = [
-            Ray(problem, box, best, k, sign, thresholds[k], _reach(quick, thresholds[k], k))
+            Ray(problem, box, best, k, sign, thresholds[k], _reach(best, quick, thresholds[k], k))
             for k in chosen
             for sign in (-1, 1)
         ]
@@ -233,11 +233,11 @@ def _thresholds(
     return thresholds
 
 
-def _reach(quick: QuickLook, threshold: float, k: int) -> float:
+def _reach(best: Iterate, quick: QuickLook, threshold: float, k: int) -> float:
     """Half-width of the interval to first order, at most the range."""
     if quick.blind[k]:
         return 1.0
-    return float(np.clip(np.sqrt(threshold * quick.curvature[k, k]), 1e-12, 1.0))
+    return float(np.clip(np.sqrt(threshold * quick.curvature[k, k]), nearest(best, k), 1.0))
 
 
 def _walked(
@@ -339,7 +339,7 @@ def _from_open_ends(
             height = ray.height(place.squares)
             if ray.k == open_ray.k or walked[i].ended != "threshold" or height >= 1.0:
                 continue
-            way = _reach(quick, ray.threshold, ray.k) * float(np.sqrt(1.0 - height**2))
+            way = _reach(ray.best, quick, ray.threshold, ray.k) * float(np.sqrt(1.0 - height**2))
             way = min(ray.distance(float(place.u[ray.k])) + way, ray.limit[0])
             if way > max(LONGER * walked[i].t, todo[i][0] if i in todo else 0.0):
                 todo[i] = way, place
