@@ -592,6 +592,17 @@ def test_a_balance_whose_sides_are_bridged_alike_stays_one() -> None:
 # Small axes
 
 
+def test_intervals_of_a_small_motor_are_those_of_a_press_in_its_own_unit() -> None:
+    """What a range of 1e7 N m s/rad moves at motor speed was taken for rounding of the torque."""
+    press = noisy(log(rig=FORCED_ROTARY, seconds=10.0), 5.0, np.random.default_rng(4))
+    assert press.force is not None
+    motor = replace(press, force=1e-6 * press.force)
+    large, small = (identify(r, rig=FORCED_ROTARY, law=COULOMB).estimates for r in (press, motor))
+    for a, b in zip(large, small, strict=True):
+        np.testing.assert_allclose([1e6 * b.value, 1e6 * b.low, 1e6 * b.high],
+                                   [a.value, a.low, a.high], rtol=1e-3)  # fmt: skip
+
+
 # Short ranges
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..drive import DriveChain
-from ..errors import InputError
+from ..errors import ChoiceError, InputError
+from ..wording import option
 from .frames import Frame
 from .readers.opening import each_run
 from .readers.read import read
@@ -91,6 +92,7 @@ class _LogOptions:
         drive: DriveChain | None,
     ) -> None:
         self.columns = columns or usual or None
+        self._of_rig = bool(usual) and not columns
         self._subtract = subtract or (usual or {}).get("subtract")
         self._options: dict[str, Any] = {
             "units": units,
@@ -105,6 +107,14 @@ class _LogOptions:
         if isinstance(log, Recording):
             less = self._subtract if log.known_force is None else None
             return log if less is None else log.less(less)
-        if isinstance(log, str | Path):
-            return read(log, **self._options)
-        return Recording.of(log, **self._options, name=name)
+        try:
+            if isinstance(log, str | Path):
+                return read(log, **self._options)
+            return Recording.of(log, **self._options, name=name)
+        except ChoiceError as error:
+            if not self._of_rig:
+                raise
+            example = option("columns", {"position": "q [rad]"})
+            raise ChoiceError(
+                f"{error} (the rig has that mapping: say another, as in {example})"
+            ) from error

@@ -177,7 +177,7 @@ class Recording:
             return recording.through(used.drive, assembly.signal)
         except InputError as error:
             label = f"{printable(name)}: " * bool(name)
-            raise InputError(printable(f"{label}{str(error).removeprefix(label)}")) from error
+            raise type(error)(printable(f"{label}{str(error).removeprefix(label)}")) from error
 
     def through(self, chain: DriveChain, column: str = "") -> Self:
         """The same log behind a drive: its force was the signal times the gain of the chain.

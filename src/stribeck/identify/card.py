@@ -320,6 +320,16 @@ class Card(_CardEntry):
         data = self.model_dump(by_alias=True, exclude=absent)
         return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
 
+    def write(self, path: str | Path) -> Path:
+        """Write the card to a file, which `read_card` reads.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        file = Path(path)
+        file.write_text(self.text(), encoding="utf-8")
+        return file
+
     def __repr__(self) -> str:
         values = ", ".join(f"{n} = {p.value:.5g} {p.unit}" for n, p in self.parameters.items())
         score = f"{self.objective.name} = {self.objective.value:.4g} {self.objective.unit}"

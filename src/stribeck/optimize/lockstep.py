@@ -307,8 +307,9 @@ def checked(costs: Any, rows: int) -> Array:
     """The costs as an array of `rows` numbers, or an error that says what is wrong."""
     array = np.asarray(costs)
     if array.shape != (rows,) or array.dtype.kind not in "fiub":
+        one = ": a function of one point is given as lambda X: [f(x) for x in X]"
         raise InputError(
             f"the cost of {rows} points must be {rows} real numbers, shape ({rows},): "
-            f"got shape {array.shape} of {array.dtype}"
+            f"got shape {array.shape} of {array.dtype}{one * (rows > 1)}"
         )
     return array.astype(float, copy=False)

@@ -341,8 +341,9 @@ def without_unit(
             lacking[other] = shortened(bare[0])
     *rest, last = lacking.values()
     together, several = f"{', '.join(rest)} and {last}" if rest else last, "s" * bool(rest)
-    said = _units_said({h: (c, usual_unit(c, h)) for c, h in lacking.items()})
-    turning = _TURNING if "position" in lacking and not says_turn(lacking["position"]) else ""
+    turns = any(map(says_turn, lacking.values())) or None
+    said = _units_said({h: (c, usual_unit(c, h, rotary=turns)) for c, h in lacking.items()})
+    turning = _TURNING if "position" in lacking and not turns else ""
     return f"column{several} {together} without a unit: say it, as in {said}{turning}"
 
 

@@ -115,8 +115,10 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     whole = _refined(solution, W, rest, one, near, row)
     lag = float(whole.lags[0])
     start = np.where(np.abs(lags[places] - lags[least]) <= row, lag, lags[places])
-    before = whole if np.ptp(start) == 0.0 else None
-    apart = _refined(solution, W, rest, parts, start, row, before)
+    alike = whole.moved if np.ptp(start) == 0.0 else None
+    whole = replace(whole, moved=None)
+    apart = replace(_refined(solution, W, rest, parts, start, row, alike), moved=None)
+    del alike
     tiny = float(np.finfo(float).tiny)
     force = system.y - rest
     unmoved = force - W @ variable_projection.least_squares(W, force)
@@ -247,16 +249,26 @@ def _vertex(lags: Array, variance: Array, k: int) -> float:
 
 
 @dataclass(frozen=True, eq=False)
+class _MovedForce:
+    """The force at some lags, its slope over time, and that of the modelled one, (rows,) each."""
+
+    force: Array
+    slope: Array
+    modelled_slope: Array
+
+
+@dataclass(frozen=True, eq=False)
 class _Step:
-    """Lags (parts,), what they are too large by, their errors, and the force there, (rows,)."""
+    """Lags (parts,), what they are too large by, their errors, and what was moved by them.
+
+    `moved` is None where another step has been looked at since: of a long log it is much to keep.
+    """
 
     lags: Array
     change: Array
     errors: Array
     variance: float
-    force: Array
-    slope: Array
-    modelled_slope: Array
+    moved: _MovedForce | None
 
 
 def _refined(
@@ -266,7 +278,7 @@ def _refined(
     parts: NDArray[np.intp],
     lags: Array,
     row: float,
-    alike: _Step | None = None,
+    alike: _MovedForce | None = None,
 ) -> _Step:
     """The lags at which the instrument leaves no step, from lags within some rows of them.
 
@@ -277,14 +289,14 @@ def _refined(
         parts: The same.
         lags: Where it begins, (parts,).
         row: Time between two rows, s.
-        alike: A step at these lags, if they are one for all.
+        alike: What these lags move, if that is known and they are one for all.
     """
     best = _stepped(solution, W, rest, parts, lags, row, alike)
     for _ in range(_STEPS):
         if np.abs(best.change).max() < _FINE * row:
             break
-        moved = best.lags - np.clip(best.change, -row, row)
-        step = _stepped(solution, W, rest, parts, moved, row)
+        best = replace(best, moved=None)
+        step = _stepped(solution, W, rest, parts, best.lags - np.clip(best.change, -row, row), row)
         if not np.abs(step.change).max() < np.abs(best.change).max():
             break
         best = step
@@ -298,7 +310,7 @@ def _stepped(
     parts: NDArray[np.intp],
     lags: Array,
     row: float,
-    alike: _Step | None = None,
+    alike: _MovedForce | None = None,
 ) -> _Step:
     """The linearised balance about lags.
 
@@ -309,7 +321,7 @@ def _stepped(
         parts: The part of each row.
         lags: Of the parts, (parts,).
         row: Time between two rows, s.
-        alike: A step with the same lag for all, so that what it moved need not be moved again.
+        alike: What the lags move, where that is known.
     """
     from scipy.linalg import qr  # noqa: PLC0415 - slow to import
 
@@ -340,7 +352,7 @@ def _stepped(
     strength = np.abs(np.diag(gain)) / np.maximum(np.einsum("jm,jm->j", Z, Z), tiny)
     errors = look.errors[-count:] / np.clip(strength, eps, 1.0)
     variance = float(r @ r) / max(int(inside.sum()), 1)
-    return _Step(lags, np.asarray(change), errors, variance, force, slope, instrument)
+    return _Step(lags, np.asarray(change), errors, variance, _MovedForce(force, slope, instrument))
 
 
 def _moved(

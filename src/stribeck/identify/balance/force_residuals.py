@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ...friction.orders import orders
 from ...space import Array, Space
+from ..uncertainty.residuals import ROUNDING
 from .regression import System
 
 
@@ -25,6 +26,8 @@ class BalanceResiduals:
         self.orders = tuple((at[i], at[j]) for i, j in pairs if i in at and j in at)
         self._system, self._prior = system, system.free_prior
         self.priors = len(self._prior)
+        # Ranges of a balance are wide enough for a press, and say nothing of the force of a motor.
+        self.rounding = ROUNDING * float(np.abs(system.y).max(initial=0.0))
         self._shape = [system.free.index(i) for i in system.shape]
 
     def physical(self, x: Array) -> NDArray[np.bool_]:

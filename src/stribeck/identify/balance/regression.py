@@ -45,7 +45,8 @@ class System:
         self.free = parameters.free_places
         self.linear = [i for i in self.free if parameters.every[i].name in linear]
         self.shape = [i for i in self.free if i not in self.linear]
-        self.y = np.concatenate([log.force for log in logs])
+        forces = [log.force for log in logs]
+        self.y = forces[0] if len(forces) == 1 else np.concatenate(forces)
         self.prior = np.zeros((0, len(self.linear))) if prior is None else prior
         self._kept: dict[bytes, tuple[Array, Array]] = {}
         self._limits = self._linear_limits()
@@ -133,7 +134,7 @@ class System:
             most = int(np.clip(NUMBERS // f.size, 1, SHAPES)) if f.size else 1
             while len(self._kept) >= most:
                 self._kept.pop(next(iter(self._kept)))
-            base = f[:, 0].copy()
+            base = f[:, 0]
             f[:, 1:] -= base[:, None]
             self._kept[key] = f[:, 1:], base
         return self._kept[key]

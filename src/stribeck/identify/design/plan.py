@@ -123,6 +123,10 @@ class Plan:
     interrupted: bool = False
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        best = "; ".join(p.experiment.name for p in self.proposals[:3]) or "none"
+        return f"<Plan of {self.law} on {self.rig} for {', '.join(self.doubtful)}; best: {best}>"
+
     def _repr_html_(self) -> str:
         return str(presenter("plan_html")(self))
 

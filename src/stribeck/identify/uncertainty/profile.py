@@ -27,8 +27,8 @@ from ...space import Array
 from ..polish import polish
 from .covariance import QuickLook, quick_look
 from .linearisation import box_of, linearised
-from .profile_walk import Ended, Ray, Walked, beyond, rechecked, walk
-from .residuals import Residuals, dofs_of, logs_of
+from .profile_walk import Ended, Ray, Walked, beyond, nearest, rechecked, walk
+from .residuals import Residuals, dofs_of, logs_of, rounding_of
 
 LEVEL = 0.95
 #: Rows that profiles may evaluate unless a caller says otherwise.
@@ -167,16 +167,17 @@ def profiles(
             polish(counted, mode, None, MODE * (box.dim + 1))
     while True:
         few = dofs_of(problem)
-        rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio, few)
+        rounding = rounding_of(problem, best.J)
+        rough = _thresholds(quick_look(best.J, best.r, logs), level, ratio, few, rounding)
         if not keep:
             best = _refined(best, counted, box, FINEST * float(rough.min()))
             if np.isfinite(few).any() and counted.left > 2 * box.dim:
                 # Corrected slopes give rows to a parameter that only its few observations move.
                 best = linearised(counted, box, box.x(best.u))
         quick = quick_look(best.J, best.r, logs)
-        thresholds = _thresholds(best, quick, level, ratio, few)
+        thresholds = _thresholds(quick, level, ratio, few, rounding)
         rays = [
-            Ray(problem, box, best, k, sign, thresholds[k], _reach(quick, thresholds[k], k))
+            Ray(problem, box, best, k, sign, thresholds[k], _reach(best, quick, thresholds[k], k))
             for k in chosen
             for sign in (-1, 1)
         ]
@@ -221,22 +222,22 @@ def _refined(best: Iterate, counted: Counted, box: Box, gain: float) -> Iterate:
 
 
 def _thresholds(
-    best: Iterate, quick: QuickLook, level: float, ratio: Array | None, few: Array
+    quick: QuickLook, level: float, ratio: Array | None, few: Array, rounding: float
 ) -> Array:
     """By how much the sum of squares may rise, (dim,)."""
     quantile = fdtri(1, np.minimum(few, quick.dof), level)
     ratios = quick.ratio if ratio is None else np.asarray(ratio, dtype=float)
     # A fit without misfit is known as well as finite differences are.
-    least = (1e-8 * np.abs(best.J).max(initial=0.0)) ** 2 + np.finfo(float).tiny
-    thresholds: Array = max(quick.variance, float(least)) * quantile * ratios
+    least = rounding**2 + float(np.finfo(float).tiny)
+    thresholds: Array = max(quick.variance, least) * quantile * ratios
     return thresholds
 
 
-def _reach(quick: QuickLook, threshold: float, k: int) -> float:
+def _reach(best: Iterate, quick: QuickLook, threshold: float, k: int) -> float:
     """Half-width of the interval to first order, at most the range."""
     if quick.blind[k]:
         return 1.0
-    return float(np.clip(np.sqrt(threshold * quick.curvature[k, k]), 1e-12, 1.0))
+    return float(np.clip(np.sqrt(threshold * quick.curvature[k, k]), nearest(best, k), 1.0))
 
 
 def _walked(
@@ -338,7 +339,7 @@ def _from_open_ends(
             height = ray.height(place.squares)
             if ray.k == open_ray.k or walked[i].ended != "threshold" or height >= 1.0:
                 continue
-            way = _reach(quick, ray.threshold, ray.k) * float(np.sqrt(1.0 - height**2))
+            way = _reach(ray.best, quick, ray.threshold, ray.k) * float(np.sqrt(1.0 - height**2))
             way = min(ray.distance(float(place.u[ray.k])) + way, ray.limit[0])
             if way > max(LONGER * walked[i].t, todo[i][0] if i in todo else 0.0):
                 todo[i] = way, place

@@ -24,6 +24,8 @@ Ended = Literal["threshold", "bound", "order", "flat", "unrunnable", "budget"]
 
 #: An end is known to this share of the half-width.
 SHARP = 0.02
+#: The shortest way in the unit cube that is looked along.
+TINIEST = 1e-20
 #: A refit is over where no step promises more than this share of the threshold; the last one of
 #: a side, this.
 ROUGH, FINE = 0.05, 0.004
@@ -86,6 +88,14 @@ class Walked(NamedTuple):
     ended: Ended
     visited: tuple[Visited, ...]
     standing: Standing | None = None
+
+
+def nearest(best: Iterate, k: int) -> float:
+    """How near two values of a parameter may be in the unit cube and still differ.
+
+    Ranges are wide enough for a press: the friction of a small motor lies at a billionth of its.
+    """
+    return max(float(np.finfo(float).eps * best.u[k]), TINIEST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +199,7 @@ def _end(ray: Ray, at: Standing, visited: Sequence[Visited]) -> Walked:
         return end("threshold", t + min(max(share, 0.0), 1.0) * (outer[0] - t), 1.0)
     if outer is None and t >= room * (1 - 1e-12):
         return end("flat" if z * z < FLAT and t > LONG else limited, room, z)
-    if outer is None and at.stride < SHARP * max(t, SHARP * ray.reach, 1e-9):
+    if outer is None and at.stride < SHARP * max(t, SHARP * ray.reach, nearest(ray.best, ray.k)):
         return end(at.blocked, t, z)  # a wall
     return end("budget", max(t / z if z > LOW else t, ray.reach), z)
 
@@ -279,4 +289,4 @@ def beyond(ray: Ray, walked: Walked, met: Sequence[tuple[Array, float]]) -> Arra
         return None
     far = ray.sign * (ray.box.space.encode(np.array(fitting))[:, ray.k] - ray.best.u[ray.k])
     k = int(far.argmax())
-    return fitting[k] if far[k] > walked.t * (1 + 2 * SHARP) + 1e-9 else None
+    return fitting[k] if far[k] > walked.t * (1 + 2 * SHARP) + nearest(ray.best, ray.k) else None

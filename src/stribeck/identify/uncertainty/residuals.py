@@ -16,17 +16,21 @@ from ...errors import InputError
 from ...friction.orders import orders
 from ...space import Array, Space
 
+#: By which share of what moves a residual it may be off by arithmetic alone.
+ROUNDING = 1e-8
+
 
 class Residuals(Protocol):
     """Measured less modelled, for many parameter sets at once.
 
-    Five attributes are optional. `logs` is a tuple with the rows of each log or stretch, in
+    Six attributes are optional. `logs` is a tuple with the rows of each log or stretch, in
     order: nothing correlates across them (default: all rows are one log). `priors` is how many of
     the rows, the last ones, are no data: each is a parameter less what is known of it beforehand,
     over the standard deviation of that, times the noise of the data (default: none). `dofs` has
     the degrees of freedom of parameters that a few observations of their own determine, by name.
     `orders` is a tuple of pairs (i, j) of free parameters with x_i >= x_j. `physical(x)` says,
-    (n,), which of the points (n, dim) mean something.
+    (n,), which of the points (n, dim) mean something. `rounding` is by how much a residual may be
+    off by arithmetic alone (default: 1e-8 of what a parameter's whole range moves one).
     """
 
     @property
@@ -61,6 +65,16 @@ def dofs_of(problem: Residuals) -> Array:
     """The degrees of freedom of each parameter, (dim,); inf for those that all rows determine."""
     by_name: Mapping[str, float] = getattr(problem, "dofs", {})
     return np.array([by_name.get(name, np.inf) for name in problem.space.names])
+
+
+def rounding_of(problem: Residuals, slopes: Array) -> float:
+    """By how much a residual may be off by arithmetic alone.
+
+    Args:
+        problem: Whose residuals these are.
+        slopes: Over the unit cube, (dim, N).
+    """
+    return float(getattr(problem, "rounding", ROUNDING * np.abs(slopes).max(initial=0.0)))
 
 
 def parts(series: Array, logs: Sequence[int]) -> list[Array]:
