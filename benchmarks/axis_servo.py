@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 
+from stated_model import StatedModel
 from stribeck import RIGS, identify, read, validate
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
@@ -104,15 +105,9 @@ def _identified(name: str, logs: Sequence[Recording]) -> dict[str, Any]:
 # --- laws that climb on each other ----------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Model:
-    parameters: Parameters
-    p: Array
-    delay: float = 0.0
-
-    def model(self) -> tuple[Parameters, Array]:
-        """Parameters with absolute errors as the objective, and their values, for `validate`."""
-        return replace(self.parameters, objective=Objective("absolute")), self.p
+def _by_absolute_errors(parameters: Parameters, p: Array) -> StatedModel:
+    """A model that `validate` holds against logs by absolute errors."""
+    return StatedModel(replace(parameters, objective=Objective("absolute")), p)
 
 
 def _mae(model: Any, logs: Sequence[Recording]) -> float:
@@ -134,7 +129,7 @@ def _climbed(
         law = train_law(parameters, [LogRange(log, None) for log in train], simpler, settings)
         simpler.append(law)
         p, polishing = _last(law)
-        model = _Model(parameters, p)
+        model = _by_absolute_errors(parameters, p)
         results[name] = {
             "train": _mae(model, train),
             "test": _mae(model, test) if test else None,
@@ -178,9 +173,9 @@ def errors_anew(results: dict[str, Any]) -> None:
                 row["test"] = _mae(model, [log for log in logs if _gain(log) == excluded[0]])
 
 
-def _on_file(name: str, values: Mapping[str, float]) -> _Model:
+def _on_file(name: str, values: Mapping[str, float]) -> StatedModel:
     parameters = partition(RIG, law_named(LAWS[name]))
-    return _Model(parameters, np.array([values[q.name] for q in parameters.every]))
+    return _by_absolute_errors(parameters, np.array([values[q.name] for q in parameters.every]))
 
 
 # --- tables ---------------------------------------------------------------------------------------

@@ -14,18 +14,17 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 
 import slide_by_numpy
+from stated_model import StatedModel
 from stribeck import RIGS, Fit, identify, read, validate
 from stribeck.identify.loss import Loss, Objective
-from stribeck.identify.parameters import Parameters
 from stribeck.report.format import number
-from stribeck.space import Array
 from table_head import table_head
 
 FOLDER = Path(__file__).parent
@@ -82,28 +81,15 @@ def _ours(loss: Any) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A model with the loss by which `validate` compares it with logs."""
-
-    parameters: Parameters
-    p: Array
-    delay: float = 0.0
-
-    def model(self) -> tuple[Parameters, Array]:
-        """Parameters and their values."""
-        return self.parameters, self.p
-
-
 def _errors(fit: Fit, logs: list[Any]) -> dict[str, float]:
     """Mean over the logs of their mean absolute errors, and RMS, mrad."""
-    told = {}
+    errors = {}
     for loss in get_args(Loss):
-        model = Compared(replace(fit.parameters, objective=Objective(loss)), fit.p)
+        model = StatedModel(replace(fit.parameters, objective=Objective(loss)), fit.p)
         values = [score.value for _, _, score in validate(model, logs)]
         power = 1 if loss == "absolute" else 2
-        told[loss] = float(np.mean(np.power(values, power)) ** (1 / power))
-    return told
+        errors[loss] = float(np.mean(np.power(values, power)) ** (1 / power))
+    return errors
 
 
 def numpy_slide() -> dict[str, Any]:

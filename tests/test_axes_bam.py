@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,12 +10,12 @@ import pytest
 
 import axes
 import axis_servo
+from stated_model import StatedModel
 from stribeck import RIGS, identify, read, validate
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
 from stribeck.identify.loss import Objective
-from stribeck.identify.parameters import Parameters, partition
-from stribeck.space import Array
+from stribeck.identify.parameters import partition
 
 HOME = axis_servo.LOGS.parent
 pytestmark = pytest.mark.recordings("bam_xl330")
@@ -35,16 +34,6 @@ def results(part: str) -> dict[str, Any]:
     return {k.rpartition("/")[2]: v for k, v in document.items() if k.startswith(f"servo/{part}")}
 
 
-@dataclass(frozen=True)
-class Model:
-    parameters: Parameters
-    p: Array
-    delay: float = 0.0
-
-    def model(self) -> tuple[Parameters, Array]:
-        return self.parameters, self.p
-
-
 @pytest.fixture(scope="module")
 def logs() -> list[Recording]:
     files = sorted(axis_servo.LOGS.glob("*.json"))
@@ -56,7 +45,9 @@ def error(law: str, values: dict[str, float], logs: list[Recording]) -> float:
     """Mean over the logs of the mean absolute errors that `validate` prints, mrad."""
     parameters = partition(RIG, law_named(law), objective=Objective("absolute"))
     p = np.array([values[q.name] for q in parameters.every])
-    return float(np.mean([score.value for _, _, score in validate(Model(parameters, p), logs)]))
+    return float(
+        np.mean([score.value for _, _, score in validate(StatedModel(parameters, p), logs)])
+    )
 
 
 @pytest.mark.parametrize(("model", "published"), sorted(axis_servo.PUBLISHED.items()))
