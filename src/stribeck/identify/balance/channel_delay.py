@@ -112,12 +112,13 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     W, rest = columns(solution)
     one = np.zeros_like(parts)
     near = np.array([_vertex(lags, variance, least)])
-    whole = _refined(solution, W, rest, one, near, row)
+    whole = _Linearised(solution, W, rest, one, row).refined(near)
     lag = float(whole.lags[0])
     start = np.where(np.abs(lags[places] - lags[least]) <= row, lag, lags[places])
     alike = whole.moved if np.ptp(start) == 0.0 else None
     whole = replace(whole, moved=None)
-    apart = replace(_refined(solution, W, rest, parts, start, row, alike), moved=None)
+    apart = _Linearised(solution, W, rest, parts, row).refined(start, alike)
+    apart = replace(apart, moved=None)
     del alike
     tiny = float(np.finfo(float).tiny)
     force = system.y - rest
@@ -271,88 +272,76 @@ class _Step:
     moved: _MovedForce | None
 
 
-def _refined(
-    solution: Balance,
-    W: Array,
-    rest: Array,
-    parts: NDArray[np.intp],
-    lags: Array,
-    row: float,
-    alike: _MovedForce | None = None,
-) -> _Step:
-    """The lags at which the instrument leaves no step, from lags within some rows of them.
-
-    Args:
-        solution: As of `_stepped`.
-        W: The same.
-        rest: The same.
-        parts: The same.
-        lags: Where it begins, (parts,).
-        row: Time between two rows, s.
-        alike: What these lags move, if that is known and they are one for all.
-    """
-    best = _stepped(solution, W, rest, parts, lags, row, alike)
-    for _ in range(_STEPS):
-        if np.abs(best.change).max() < _FINE * row:
-            break
-        best = replace(best, moved=None)
-        step = _stepped(solution, W, rest, parts, best.lags - np.clip(best.change, -row, row), row)
-        if not np.abs(step.change).max() < np.abs(best.change).max():
-            break
-        best = step
-    return best
-
-
-def _stepped(
-    solution: Balance,
-    W: Array,
-    rest: Array,
-    parts: NDArray[np.intp],
-    lags: Array,
-    row: float,
-    alike: _MovedForce | None = None,
-) -> _Step:
-    """The linearised balance about lags.
+@dataclass(frozen=True, eq=False)
+class _Linearised:
+    """A balance about lags of the parts of its logs.
 
     Args:
         solution: The balance.
         W: Its columns, (rows, k).
         rest: The force that these do not explain, (rows,).
         parts: The part of each row.
-        lags: Of the parts, (parts,).
         row: Time between two rows, s.
-        alike: What the lags move, where that is known.
     """
-    from scipy.linalg import qr  # noqa: PLC0415 - slow to import
 
-    system = solution.system
-    inside = _inside(system, parts, lags)
-    if alike is None:
-        force, slope = _moved(system, parts, lags, _SPAN * row)
-        instrument: Array = _modelled_slope(solution, np.where(inside, force, system.y))
-    else:
-        force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
-    (rows, k), count = W.shape, len(lags)
-    J, gain = np.empty((k + count, rows)), np.empty((count, count))
-    Z = J[k:]
-    basis: Array = J[:k].T  # the columns themselves take its place at the end
-    np.multiply(W, inside[:, None], out=basis)
-    in_place = qr(basis, overwrite_a=True, mode="economic", check_finite=False)[0]
-    basis = np.asarray(in_place, dtype=np.float64)
-    r = _beside(basis, np.where(inside, force - rest, 0.0))
-    for z, part in zip(Z, range(count), strict=True):
-        z[:] = _beside(basis, np.where((parts == part) & inside, instrument, 0.0))
-    for part in range(count):
-        gain[:, part] = Z @ _beside(basis, np.where((parts == part) & inside, slope, 0.0))
-    del basis
-    np.multiply(W.T, inside, out=J[:k])
-    change = np.linalg.lstsq(gain, Z @ r, rcond=None)[0]
-    look = quick_look(J, r, [len(log.t) for log in system.logs])
-    tiny, eps = np.finfo(float).tiny, np.finfo(float).eps
-    strength = np.abs(np.diag(gain)) / np.maximum(np.einsum("jm,jm->j", Z, Z), tiny)
-    errors = look.errors[-count:] / np.clip(strength, eps, 1.0)
-    variance = float(r @ r) / max(int(inside.sum()), 1)
-    return _Step(lags, np.asarray(change), errors, variance, _MovedForce(force, slope, instrument))
+    solution: Balance
+    W: Array
+    rest: Array
+    parts: NDArray[np.intp]
+    row: float
+
+    def refined(self, lags: Array, alike: _MovedForce | None = None) -> _Step:
+        """The lags at which the instrument leaves no step, from lags within some rows of them.
+
+        Args:
+            lags: Where it begins, of the parts, (parts,).
+            alike: What these lags move, where that is known.
+        """
+        best = self.stepped(lags, alike)
+        for _ in range(_STEPS):
+            if np.abs(best.change).max() < _FINE * self.row:
+                break
+            best = replace(best, moved=None)
+            step = self.stepped(best.lags - np.clip(best.change, -self.row, self.row))
+            if not np.abs(step.change).max() < np.abs(best.change).max():
+                break
+            best = step
+        return best
+
+    def stepped(self, lags: Array, alike: _MovedForce | None = None) -> _Step:
+        """The step from lags of the parts, (parts,); what they move, where that is known."""
+        from scipy.linalg import qr  # noqa: PLC0415 - slow to import
+
+        system, W, parts = self.solution.system, self.W, self.parts
+        inside = _inside(system, parts, lags)
+        if alike is None:
+            force, slope = _moved(system, parts, lags, _SPAN * self.row)
+            instrument: Array = _modelled_slope(self.solution, np.where(inside, force, system.y))
+        else:
+            force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
+        (rows, k), count = W.shape, len(lags)
+        J, gain = np.empty((k + count, rows)), np.empty((count, count))
+        Z = J[k:]
+        basis: Array = J[:k].T  # the columns themselves take its place at the end
+        np.multiply(W, inside[:, None], out=basis)
+        in_place = qr(basis, overwrite_a=True, mode="economic", check_finite=False)[0]
+        basis = np.asarray(in_place, dtype=np.float64)
+        r = _beside(basis, np.where(inside, force - self.rest, 0.0))
+        for z, part in zip(Z, range(count), strict=True):
+            z[:] = _beside(basis, np.where((parts == part) & inside, instrument, 0.0))
+        for part in range(count):
+            gain[:, part] = Z @ _beside(basis, np.where((parts == part) & inside, slope, 0.0))
+        del basis
+        np.multiply(W.T, inside, out=J[:k])
+        change = np.linalg.lstsq(gain, Z @ r, rcond=None)[0]
+        look = quick_look(J, r, [len(log.t) for log in system.logs])
+        tiny, eps = np.finfo(float).tiny, np.finfo(float).eps
+        strength = np.abs(np.diag(gain)) / np.maximum(np.einsum("jm,jm->j", Z, Z), tiny)
+        errors = look.errors[-count:] / np.clip(strength, eps, 1.0)
+        variance = float(r @ r) / max(int(inside.sum()), 1)
+        return _Step(
+            lags, np.asarray(change), errors, variance, _MovedForce(force, slope, instrument)
+        )
 
 
 def _moved(
