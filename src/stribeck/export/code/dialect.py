@@ -195,11 +195,12 @@ class Dialect(ABC):
 
     def unpacked(self, targets: Sequence[Name | Item | None], value: Call) -> str:
         """A call for its results, or what it writes; in languages that `lowered` lets say it."""
-        raise NotImplementedError
+        del targets
+        raise InputError(f"{type(self).__name__} has no call of {value.name} for several results")
 
     def several_returned(self, values: Sequence[Expression]) -> list[str]:
         """How a function gives back several values, or none; likewise."""
-        raise NotImplementedError
+        raise InputError(f"{type(self).__name__} has no function of {len(values)} results")
 
     def return_lines(self, value: Expression) -> list[str]:
         """How a function gives back its value."""

@@ -286,11 +286,11 @@ class _FunctionReader:
         values = value.elts if isinstance(value, ast.Tuple) else () if value is None else (value,)
         if len(values) != len(self._results):
             raise self._refused(node, f"gives {len(values)} values, not {len(self._results)}")
-        given = [
+        results = [
             self._of_kind(self._expression(v), kind, v)
             for v, kind in zip(values, self._results, strict=True)
         ]
-        return Return(given[0], tuple(given[1:])) if given else Return(None)
+        return Return(results[0], tuple(results[1:])) if results else Return(None)
 
     def _together(self, targets: Sequence[ast.expr], values: Sequence[ast.expr]) -> list[Statement]:
         """Assignments at once: what one of them would read too late is kept before them."""
@@ -472,8 +472,8 @@ class _FunctionReader:
                 comparators=[ast.Tuple(elts=elements)],
             ):
                 equal = [self._compared([left, e], [ast.Eq()], node) for e in elements]
-                found = Joined("or", tuple(equal))
-                return found if isinstance(op, ast.In) else Unary("not", found, "truth")
+                inside = Joined("or", tuple(equal))
+                return inside if isinstance(op, ast.In) else Unary("not", inside, "truth")
             case ast.Compare(left=left, ops=ops, comparators=others):
                 return self._compared([left, *others], ops, node)
             case ast.BoolOp(op=op, values=nodes):
