@@ -121,7 +121,6 @@ def test_a_search_is_drawn_as_it_goes_stopped_and_kept(chromium: Any, tmp_path: 
         w.page.wait_for_selector("td .chip")
         w.drawn()
         w.page.wait_for_selector("#headline")
-        w.picture("verdict")
         w.page.click("#next")
         w.page.wait_for_selector("#caution:has-text('v_SS')")
         w.page.wait_for_selector("text=where the search was stopped here")

@@ -17,6 +17,7 @@ import pytest
 
 from browser import CHROMIUM, NO_CHROMIUM
 from conftest import RECORDINGS
+from stribeck.space import Array
 from studio_server import bed_log
 from studio_window import Hand, Keys, Mouse, chromium, studio, window
 
@@ -40,13 +41,18 @@ Unit\tmm (Length)\t(None)
 """
 
 
-def scope(folder: Path) -> list[Path]:
-    """A TwinCAT scope of a press of 40 kg with friction 60 N + 300 N s/m, torque in ‰."""
-    t = np.arange(0.0, 8.0, 2e-3)
+def press(interval: float) -> tuple[Array, Array, Array]:
+    """Times, positions and forces, SI, of a press of 40 kg with friction 60 N + 300 N s/m."""
+    t = np.arange(0.0, 8.0, interval)
     w = 2 * np.pi * 0.6
     x, v, a = 0.1 * np.sin(w * t), 0.1 * w * np.cos(w * t), -0.1 * w * w * np.sin(w * t)
     force = 40.0 * a + 60.0 * np.tanh(v / 1e-4) + 300.0 * v
-    force += np.random.default_rng(5).normal(0.0, 0.5, len(t))
+    return t, x, force + np.random.default_rng(5).normal(0.0, 0.5, len(t))
+
+
+def scope(folder: Path) -> list[Path]:
+    """A TwinCAT scope of a press, torque in ‰."""
+    t, x, force = press(2e-3)
     rows = [
         f"{1e3 * each[0]:.6g}\t{1e3 * each[1]:.9g}\t{each[2] / PER_MILLE:.6g}"
         for each in np.stack([t, x, force], axis=1)
@@ -66,11 +72,7 @@ def of_a_press(hand: Hand) -> None:
 
 def plc(folder: Path) -> list[Path]:
     """The same press as a German PLC exports it: cp1252, decimal commas, torque at a quarter."""
-    t = np.arange(0.0, 8.0, 1e-3)
-    w = 2 * np.pi * 0.6
-    x, v, a = 0.1 * np.sin(w * t), 0.1 * w * np.cos(w * t), -0.1 * w * w * np.sin(w * t)
-    force = 40.0 * a + 60.0 * np.tanh(v / 1e-4) + 300.0 * v
-    force += np.random.default_rng(5).normal(0.0, 0.5, len(t))
+    t, x, force = press(1e-3)
     lines = ["Zeit [ms];Lageistwert [mm];Momentenistwert [‰]"]
     for k, (at, way, push) in enumerate(zip(1e3 * t, 1e3 * x, force / PER_MILLE, strict=True)):
         torque = f"{push:.6g}" if k % 4 == 0 else ""
@@ -144,6 +146,13 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
     return [pytest.mark.recordings(REAL[name])] if name in REAL else []
 
 
+def at_the_drive(w: Any) -> None:
+    """A picture of the columns and of the drive, whose description ends at the foot of the page."""
+    end = "{behavior: 'instant', block: 'end'}"
+    w.page.evaluate(f"document.querySelector('.drive > .note:last-child').scrollIntoView({end})")
+    w.picture("logs")
+
+
 @pytest.mark.parametrize(
     ("name", "hands"),
     [pytest.param(name, hands, marks=marks(name)) for name in WAYS for hands in (Mouse, Keys)],
@@ -164,11 +173,7 @@ def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mou
             page.wait_for_selector("#next")
             page.wait_for_selector("#channels:not(:has(#lacking))")
         if pictured:
-            end = "{behavior: 'instant', block: 'end'}"
-            page.evaluate(
-                f"document.querySelector('.drive > .note:last-child').scrollIntoView({end})"
-            )
-            w.picture("logs")
+            at_the_drive(w)
         hand.press("#next")
         w.drawn()
         hand.press("#next")
@@ -191,6 +196,8 @@ def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mou
         for parameter, (value, share) in way.known.items():
             cells = page.inner_text(f"tr:has(th:text-is('{parameter}'))").split("\t")
             assert float(cells[2]) == pytest.approx(value, rel=share)
+        if pictured:
+            w.picture("verdict")
         hand.press("#next")
         page.wait_for_selector("pre:has-text('FUNCTION_BLOCK')")
         page.wait_for_selector(".copy pre:has-text('stribeck identify')")
