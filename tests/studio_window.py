@@ -61,8 +61,10 @@ class Window:
         assert self.complaints == []
         assert self.elsewhere == []
 
-    def picture(self, name: str) -> None:
-        """A picture for docs/studio.md, where a folder for these is stated."""
+    def picture(self, name: str, top: str = "body") -> None:
+        """A picture for docs/studio.md from some element on, where a folder for these is stated."""
+        at_once = "{behavior: 'instant'}"
+        self.page.evaluate(f"document.querySelector({top!r}).scrollIntoView({at_once})")
         if folder := os.environ.get("STRIBECK_PICTURES"):
             self.page.mouse.move(2, 2)
             self.page.screenshot(path=Path(folder) / f"studio-{name}.png")

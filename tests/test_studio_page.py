@@ -22,8 +22,6 @@ STEPS = ("logs", "look", "axis", "fit", "verdict", "out")
 #: The first plot of a page, and its first field.
 PLOT = "document.querySelector('.canvas').closest('figure').plot"
 FIELD = "document.querySelectorAll('.field input')[0].value"
-#: How a picture is scrolled to.
-AT_ONCE = "{behavior: 'instant'}"
 #: The texts of a page; and what a key looks like that has no words in the catalogue.
 TEXTS = """(() => {
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
@@ -99,8 +97,7 @@ def test_a_search_is_drawn_as_it_goes_stopped_and_kept(chromium: Any, tmp_path: 
         w.page.wait_for_selector("tr:not(.untouched):has-text('F_fm')")
         w.page.wait_for_selector("text=The log suggests")
         w.page.wait_for_selector("#composition svg")
-        w.page.evaluate(f"document.querySelector('#composition').scrollIntoView({AT_ONCE})")
-        w.picture("axis")
+        w.picture("axis", "#composition")
         w.page.click("#next:not([disabled])")
         w.drawn()
         box = w.page.locator(".u-over").first.bounding_box()
@@ -114,8 +111,7 @@ def test_a_search_is_drawn_as_it_goes_stopped_and_kept(chromium: Any, tmp_path: 
         w.page.locator(".field:has-text('Search method') select").select_option("bts")
         w.page.click("#run")
         w.page.wait_for_selector(".job .u-over")
-        w.page.locator(".job").scroll_into_view_if_needed()
-        w.picture("fit")
+        w.picture("fit", ".job")
         w.page.click("text=Stop and keep")
         w.page.click("text=See the verdict")
         w.page.wait_for_selector("td .chip")

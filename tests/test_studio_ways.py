@@ -146,13 +146,6 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
     return [pytest.mark.recordings(REAL[name])] if name in REAL else []
 
 
-def at_the_drive(w: Any) -> None:
-    """A picture of the columns and of the drive, whose description ends at the foot of the page."""
-    end = "{behavior: 'instant', block: 'end'}"
-    w.page.evaluate(f"document.querySelector('.drive > .note:last-child').scrollIntoView({end})")
-    w.picture("logs")
-
-
 @pytest.mark.parametrize(
     ("name", "hands"),
     [pytest.param(name, hands, marks=marks(name)) for name in WAYS for hands in (Mouse, Keys)],
@@ -173,7 +166,7 @@ def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mou
             page.wait_for_selector("#next")
             page.wait_for_selector("#channels:not(:has(#lacking))")
         if pictured:
-            at_the_drive(w)
+            w.picture("logs", "#channels table")
         hand.press("#next")
         w.drawn()
         hand.press("#next")
