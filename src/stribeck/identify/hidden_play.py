@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ..errors import InputError
 from ..friction import law_named
 from ..rig.composed import ComposedRig
 from ..rig.parts import part_named
@@ -63,9 +62,12 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
     asked = (rough or parameters.law.states) and problem.weights is None
     if not asked or not isinstance(rig, ComposedRig) or isinstance(rig, TwoMassRig):
         return [], 0
-    masses, stiff = _masses(rig, _values(problem, x)), any(q.name in _STIFF for q in rig.parts)
+    values, stiff = _values(problem, x), any(q.name in _STIFF for q in rig.parts)
+    masses = _masses(rig, values)
     if masses is None or not stiff or not rig.commanded:
         return [], 0
+    if any(_masses(rig, {**values, **rig.stated(s.recording)}) is None for s in problem.train):
+        return [], 0  # a log of a bare motor states that it has no load
     split = {side: _split(problem, x, masses, side) for side in _SIDES}
     each = ROWS * split["load"].space.dim
     most = MOST // (each * sum(len(s.track.t) for s in problem.train))
@@ -74,17 +76,14 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
     cost, rows = float(problem(x[None])[0]), 1
     best: tuple[Polished, MotionProblem, str] | None = None
     places = []
-    try:
-        for side, other in split.items():
-            points = np.array([_start(other, problem, x, *at) for at in _starts(masses, cost)])
-            rows += len(points)
-            places += [
-                (float(J), other, point, side)
-                for J, point in zip(other(points), points, strict=True)
-                if np.isfinite(J)
-            ]
-    except InputError:  # a log of a bare motor states that it has no load
-        return [], rows
+    for side, other in split.items():
+        points = np.array([_start(other, problem, x, *at) for at in _starts(masses, cost)])
+        rows += len(points)
+        places += [
+            (float(J), other, point, side)
+            for J, point in zip(other(points), points, strict=True)
+            if np.isfinite(J)
+        ]
     for J, other, point, side in sorted(places, key=lambda place: place[0])[:most]:
         refit = polish(other, point, J, each)
         rows += refit.evaluations
