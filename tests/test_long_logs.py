@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import butter, cheby1, sosfiltfilt
 
 from stribeck import Recording, identify
+from stribeck.data.derived_channel import Slope
 from stribeck.data.filtering import Bridged, Gaps, bridged
 from stribeck.data.gate.leaps import middle_of_seven
 from stribeck.data.resolution import LONG, noise_of, step
 from stribeck.data.runs import within
 from stribeck.data.zero_phase import BLOCK, zero_phase
+from stribeck.rig.forced import FORCED
 from stribeck.space import Array
 
 
@@ -37,6 +40,22 @@ def test_blocks_are_filtered_as_everything_at_once_is(n: int, every: int) -> Non
         ours = zero_phase(sections, lambda at: x[at], n, 24, kept)
         theirs = sosfiltfilt(sections, x, axis=0, padlen=24)[kept]
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(x).max())
+
+
+@pytest.mark.parametrize("accuracy", [2, 6])
+@pytest.mark.parametrize("n", [2, 6, 7, 30])
+def test_differences_are_exact_for_polynomials_of_their_order(accuracy: int, n: int) -> None:
+    """Where they have all neighbours, whichever samples are asked for, and at once or not."""
+    t, reach = (np.arange(n) - 3.0) / 4.0, accuracy // 2
+    curve = np.polynomial.Polynomial(np.arange(1.0, accuracy + 2.0))
+    slope, exact = Slope(curve(t), 4.0, accuracy), curve.deriv()(t)
+    inner = slice(reach, max(n - reach, reach))
+    np.testing.assert_allclose(slope[:][inner], exact[inner], rtol=1e-9)
+    ends = np.gradient(curve(t), t)
+    for end in (slice(0, min(reach, n)), slice(max(n - reach, 0), n)):
+        np.testing.assert_allclose(slope[:][end], ends[end], rtol=1e-9)
+    for part in (slice(1, n - 1), slice(0, n, 3), np.array([n - 1, 0]), slice(n, n)):
+        np.testing.assert_array_equal(slope[part], slope[:][part])
 
 
 def test_gaps_are_bridged_block_by_block_as_all_at_once() -> None:
@@ -74,7 +93,8 @@ def test_a_long_channel_shows_its_step_and_noise_in_stretches() -> None:
 
 
 def test_a_short_log_gives_what_it_gave_before_logs_were_filtered_in_blocks() -> None:
-    fit = identify(log(40_000), rig="forced")
+    plain = replace(FORCED, filtering=replace(FORCED.filtering, accuracy=2))
+    fit = identify(log(40_000), rig=plain)
     np.testing.assert_allclose(
         fit.p, [11.995674753598298, 30.03029321715115, 4.9977794294942, 0.5005913779134454],
         rtol=1e-9,

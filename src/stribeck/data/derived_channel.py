@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..space import Array
 from .zero_phase import Samples
@@ -44,76 +45,73 @@ class Shifted:
         return self.channel[at] + self.offset
 
 
-#: Weights of the differences of order 6 over one, two and three samples to each side.
-_WIDE = (3 / 4, -3 / 20, 1 / 60)
+#: Weights of the differences over one, two and more samples to each side, by their order of
+#: accuracy (Fornberg 1988, doi 10.1090/S0025-5718-1988-0935077-0, table 1).
+_WEIGHTS: dict[int, tuple[float, ...]] = {2: (1 / 2,), 6: (3 / 4, -3 / 20, 1 / 60)}
 
 
 @dataclass(frozen=True, eq=False)
 class Slope:
-    """Central differences of a channel over time, one-sided at its ends.
+    """Central differences of a channel over time.
 
     Args:
-        channel: Of which.
+        channel: Of which, (N,).
         rate: Samples a second.
-        wide: Whether over three samples to each side, of order 6 (Fornberg 1988, doi
-            10.1090/S0025-5718-1988-0935077-0, table 1), but for three samples at each end.
+        accuracy: Their order, 2 or 6: over one or three samples to each side. The ends, which lack
+            such neighbours, have differences of order 2, and the outermost samples one-sided ones.
     """
 
     channel: SampledChannel
     rate: float
-    wide: bool = False
+    accuracy: int = 6
 
     def __len__(self) -> int:
         return len(self.channel)
 
     def __getitem__(self, at: Samples, /) -> Array:
-        slope = self._over_neighbours(at)
-        reach, n = len(_WIDE), len(self)
-        if not self.wide or n <= 2 * reach or not len(slope):
-            return slope
-        if isinstance(at, slice) and at.indices(n)[2] == 1:
-            start, stop, _ = at.indices(n)
-            first, end = max(start, reach), min(stop, n - reach)
-            if first < end:
-                x = self.channel[slice(first - reach, end + reach)]
-                slope[first - start : end - start] = self._weighted(x, reach, end - first)
-            return slope
-        samples = np.arange(n)[at] if isinstance(at, slice) else at
-        inner = (samples >= reach) & (samples < n - reach)
-        if inner.any():
-            near = samples[inner][:, None] + np.arange(-reach, reach + 1)
-            x = self.channel[near.ravel()].reshape(near.shape).T
-            slope[inner] = self._weighted(x, reach, 1)[0]
-        return slope
-
-    def _weighted(self, x: Array, reach: int, n: int) -> Array:
-        """The differences of order 6 at n samples from the one numbered `reach` on, (n, ...)."""
-        return np.asarray(sum(
-            weight * self.rate * (x[reach + k : reach + k + n] - x[reach - k : reach - k + n])
-            for k, weight in enumerate(_WIDE, 1)
-        ))  # fmt: skip
-
-    def _over_neighbours(self, at: Samples) -> Array:
-        n, dt = len(self), 1.0 / self.rate
+        n, reach = len(self), len(_WEIGHTS[self.accuracy])
         if not isinstance(at, slice):
-            before, after = np.maximum(at - 1, 0), np.minimum(at + 1, n - 1)
-            rise = self.channel[after] - self.channel[before]
-            return np.asarray(rise / ((after - before) * dt))
+            return self._at(at)
         start, stop, step = at.indices(n)
         if step != 1:
-            return self._over_neighbours(np.arange(start, stop, step))
+            return self._at(np.arange(start, stop, step))
         if start >= stop:
             return np.empty(0)
-        x = self.channel[slice(max(start - 1, 0), min(stop + 1, n))]
-        slope = np.empty(stop - start)
-        inner = slice(int(start == 0), len(slope) - int(stop == n))
-        np.subtract(x[2:], x[:-2], out=slope[inner])
-        slope[inner] /= 2.0 * dt
-        if start == 0:
-            slope[0] = (x[1] - x[0]) / dt
-        if stop == n:
-            slope[-1] = (x[-1] - x[-2]) / dt
+        first = min(max(start, reach), stop)
+        end = max(min(stop, n - reach), first)
+        ends = [self._at_ends(np.arange(*span)) for span in ((start, first), (end, stop))]
+        if first == end:
+            return np.concatenate(ends)
+        inner = self._weighted(self.channel[slice(first - reach, end + reach)], end - first)
+        return inner if len(inner) == stop - start else np.concatenate([ends[0], inner, ends[1]])
+
+    def _at(self, at: NDArray[np.intp]) -> Array:
+        """The differences at samples of any order."""
+        n, reach = len(self), len(_WEIGHTS[self.accuracy])
+        slope = np.empty(len(at))
+        inner = (at >= reach) & (at < n - reach)
+        slope[~inner] = self._at_ends(at[~inner])
+        if inner.any():
+            near = np.arange(-reach, reach + 1)[:, None] + at[inner]
+            slope[inner] = self._weighted(self.channel[near.ravel()].reshape(near.shape), 1)[0]
         return slope
+
+    def _weighted(self, x: Array, n: int) -> Array:
+        """The differences at n samples that have all neighbours, (n, ...), from (n + 2 reach)."""
+        weights = _WEIGHTS[self.accuracy]
+        reach = len(weights)
+        slope = np.zeros((n, *x.shape[1:]))
+        for k, weight in enumerate(weights, 1):
+            rise = x[reach + k : reach + k + n] - x[reach - k : reach - k + n]
+            rise *= weight * self.rate
+            slope += rise
+        return slope
+
+    def _at_ends(self, at: NDArray[np.intp]) -> Array:
+        """Differences over one sample to each side that there is."""
+        before, after = np.maximum(at - 1, 0), np.minimum(at + 1, len(self) - 1)
+        rise = self.channel[after] - self.channel[before]
+        return np.asarray(rise * self.rate / (after - before))
 
 
 @dataclass(frozen=True, eq=False)

@@ -281,6 +281,6 @@ EMPS = Emps(
     shows={"position": "mm", "velocity": "mm/s", "v_SS": "mm/s"},
     labels={"F_C": "F_c", "F_V": "F_v"},
     columns=_COLUMNS,
-    filtering=Filtering(edge=(0.049, 0.0), reversals=True),  # the report's
+    filtering=Filtering(edge=(0.049, 0.0), reversals=True, accuracy=2),  # the report's
     scale="",
 )

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.filtering import bridged, decimate, difference, kept
+from ...data.derived_channel import Slope
+from ...data.filtering import bridged, decimate, kept
 from ...data.runs import within
 from ...data.zero_phase import BLOCK
 from ...space import Array
@@ -77,7 +78,7 @@ def _beside(
         v, a = log.v[:], log.a[:]
         if channel == "position":
             v = v + seconds * a
-            a = a + seconds * difference(a, log.rate)
+            a = a + seconds * Slope(a, log.rate)[:]
         turns = np.flatnonzero(np.diff(np.sign(v)) != 0)
         apart = np.zeros(len(v), dtype=bool)
         apart[turns] = apart[turns + 1] = True
