@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..constant import COVERAGE
 from ..errors import InputError
+from .resampling import interpolated
 
 if TYPE_CHECKING:
     from .recording import Recording
@@ -52,8 +53,8 @@ def advanced(
 ) -> Recording:
     """A log of which some channels were measured so much later than the others, all at one time.
 
-    They are read where they belong, on straight lines between samples, and samples for which they
-    were not recorded are left out.
+    They are interpolated where they belong, and samples for which they were not recorded are left
+    out.
 
     Raises:
         InputError: the log has no such channel, or is not longer than the delay.
@@ -71,5 +72,8 @@ def advanced(
             f"{t[-1] - t[0]:.4g} s"
         )
     rows = slice(int(first), int(last))
-    values = {name: np.interp(t[rows] + seconds, t, getattr(recording, name)) for name in channels}
+    at = t[rows] + seconds
+    values: dict[str, Any] = {
+        name: interpolated(at, t, getattr(recording, name)) for name in channels
+    }
     return replace(recording.cut(rows), **values)

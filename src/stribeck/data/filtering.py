@@ -17,6 +17,7 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array
 from .derived_channel import SampledChannel, Shifted, Slope
+from .resampling import interpolated
 from .runs import runs, within
 from .zero_phase import BLOCK, Samples, Signal, zero_phase
 
@@ -162,8 +163,8 @@ class Even:
 def even(recording: Recording, force: Array) -> Even:
     """A log on an even grid: itself, or resampled where its sampling is irregular.
 
-    Position is resampled by a cubic spline, because it is differentiated twice afterwards, and
-    force by straight lines, both at the log's median interval.
+    Position is resampled by a cubic spline, because it is differentiated twice afterwards, the
+    other channels are interpolated one sample after the other, all at the log's median interval.
     """
     t, n = recording.t, len(recording)
     less = 0.0 if recording.known_force is None else recording.known_force.values
@@ -188,12 +189,12 @@ def even(recording: Recording, force: Array) -> Even:
     return Even(
         grid,
         np.asarray(CubicSpline(t, recording.position)(grid)),
-        np.interp(grid, t, force),
+        interpolated(grid, t, force),
         nearest,
         known,
         1.0 / step,
-        None if recording.velocity is None else np.interp(grid, t, recording.velocity),
-        np.interp(grid, t, less) if isinstance(less, np.ndarray) else less,
+        None if recording.velocity is None else interpolated(grid, t, recording.velocity),
+        interpolated(grid, t, less) if isinstance(less, np.ndarray) else less,
         (note,),
     )
 

@@ -167,8 +167,8 @@ def _table(
     Of a window no more than its rows and some beside them are read, where the log can tell them.
     """
     tables, everything = _tables(log, heads, wanted, part)
-    time, force = chosen.get("time"), chosen["force"].column if "force" in chosen else ""
-    tables = tuple(t for table in tables for t in by_rate(table, time, grid, force, wanted))
+    time = chosen.get("time")
+    tables = tuple(t for table in tables for t in by_rate(table, time, grid, wanted))
     apart = [t for t in tables if grid in t.columns or wanted.intersection(t.columns)]
     others = {n: v for t in tables for n, v in t.scalars.items()}
     held = frozenset(chosen[c].column for c in _HELD if c in chosen)
@@ -178,7 +178,8 @@ def _table(
         )
         for t in apart
     ]  # fmt: skip
-    table = replace(joined(apart, grid, held), scalars=others)
+    force = chosen["force"].column if "force" in chosen else ""
+    table = replace(joined(apart, grid, held, force), scalars=others)
     table = replace(table, columns=dict(table.columns))  # its own, from which they are taken
     left = [n for n in heads.columns if n not in table.columns]
     if left and not everything:

@@ -1,8 +1,9 @@
 """Channels of several clocks on the grid of one of them.
 
-The grid is the clock of the position. A channel that is slower is read between its samples on
-straight lines, a command as it was set last; one that is more than one and a half times as fast is
-averaged over each interval of the grid first, so that nothing above half its rate folds down.
+The grid is the clock of the position. A channel that is slower is interpolated between its samples,
+a command is as it was set last; one that is more than one and a half times as fast is averaged over
+each interval of the grid, so that less from above half its rate folds down. A grid much faster than
+the force is thinned: what is faster in the motion than in the force would be friction or no mass.
 """
 
 from __future__ import annotations
@@ -14,22 +15,30 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
+from ..resampling import averaged, interpolated
 from .raw_table import RawTable, listed
 
 #: From how many samples to an interval of the grid on a channel is averaged.
 _FASTER = 1.5
 _SLACK = 1e-3
+#: Samples of a grid to an interval of the force, at most: the low pass of a balance, at a tenth of
+#: the grid's rate (`filtering`), then smears a reversal over as many samples of the force as the
+#: polynomials between these go through, and rows so near are left out.
+_FINEST = 2
 #: How many samples a grid has at least.
 _FEWEST = 2
 
 
-def joined(tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozenset()) -> RawTable:
+def joined(
+    tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozenset(), force: str = ""
+) -> RawTable:
     """One table on the clock of the channel `grid`; what is beyond all numbers becomes infinite.
 
     Args:
         tables: A table a clock, in s of one common time.
         grid: Name of a column.
         held: Columns that keep their value until the next sample.
+        force: The column of the measured force; empty without one.
 
     Raises:
         InputError: the clocks have no time in common.
@@ -45,9 +54,11 @@ def joined(tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozens
     for table in (base, *others):
         if table.t is None or not np.isfinite(table.t).any():
             raise InputError(f"no samples of {listed(list(table.columns))}: name other channels")
+    base = _thinned(base, next((t for t in others if force in t.columns), None), grid)
+    assert base.t is not None  # noqa: S101 - as was checked
     rows = _common(base, others)
     columns = {n: a[rows] for n, a in base.columns.items()}
-    notes = [note for table in tables for note in table.notes]
+    notes = [note for table in (base, *others) for note in table.notes]
     for other in others:
         with np.errstate(over="ignore", invalid="ignore"):
             columns |= {
@@ -58,6 +69,24 @@ def joined(tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozens
         base, columns=columns, t=base.t[rows], places=base.places[rows], scalars=scalars,
         text={n: c for table in tables for n, c in table.text.items()},
         units={n: u for table in tables for n, u in table.units.items()}, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _thinned(base: RawTable, forces: RawTable | None, grid: str) -> RawTable:
+    """The base with so few samples to one of the force, where that is in a slower table."""
+    if forces is None:
+        return base
+    assert base.t is not None  # noqa: S101 - as was checked
+    assert forces.t is not None  # noqa: S101 - as was checked
+    every = int(_interval(forces.t) / (_FINEST * _interval(base.t)) * (1.0 + _SLACK))
+    if every < 2 or len(base.t) < _FEWEST * every:  # noqa: PLR2004 - nothing to leave out
+        return base
+    first = int(np.searchsorted(base.t, forces.t[0] - _SLACK * _interval(base.t))) % every
+    rows = slice(first, None, every)
+    note = f"{listed([grid])}: one of {every} samples is read, as the force is slower"
+    return replace(
+        base, columns={n: a[rows] for n, a in base.columns.items()}, t=base.t[rows],
+        places=base.places[rows], notes=(*base.notes, note),
     )  # fmt: skip
 
 
@@ -94,27 +123,8 @@ def _resampled(grid: Array, other: RawTable, name: str, *, hold: bool) -> Array:
     if hold:
         return np.asarray(values[np.maximum(np.searchsorted(t, grid, side="right") - 1, 0)])
     if _interval(t) * _FASTER < _interval(grid):
-        return _averaged(grid, t, values)
-    return np.interp(grid, t, values)
-
-
-def _averaged(grid: Array, t: Array, values: Array) -> Array:
-    """Means of straight lines between samples over the interval around each instant."""
-    total = np.concatenate([[0.0], np.cumsum(np.diff(t) * (values[1:] + values[:-1]) / 2.0)])
-    middles = 0.5 * (grid[1:] + grid[:-1])
-    edges = np.concatenate([[grid[0] - (middles[0] - grid[0])], middles,
-                            [grid[-1] + (grid[-1] - middles[-1])]])  # fmt: skip
-    edges = np.clip(edges, t[0], t[-1])
-    row = np.clip(np.searchsorted(t, edges, side="right") - 1, 0, len(t) - 2)
-    share = edges - t[row]
-    slope = (values[row + 1] - values[row]) / np.maximum(t[row + 1] - t[row], 1e-300)
-    integral = total[row] + share * (values[row] + 0.5 * slope * share)
-    width = np.diff(edges)
-    return np.where(
-        width > 0.0,
-        np.diff(integral) / np.where(width > 0.0, width, 1.0),
-        np.interp(grid, t, values),
-    )
+        return averaged(grid, t, values)
+    return interpolated(grid, t, values)
 
 
 def _interval(t: Array) -> float:
@@ -132,5 +142,5 @@ def _sentence(base: RawTable, other: RawTable, held: frozenset[str]) -> str:
     elif held.issuperset(names):
         how = "held until the next sample"
     else:
-        how = "read on straight lines between its samples"
+        how = "interpolated between its samples"
     return f"{listed(names)}, measured each {1e3 * own:.4g} ms: {how}"

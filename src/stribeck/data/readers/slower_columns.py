@@ -1,9 +1,6 @@
 """Columns that a logger writes in every k-th row alone, as drives do that record at two rates.
 
-Their cells are empty between their samples, which are no gaps. Where the force is such a column,
-the log is the rows that have one: a force on straight lines between its samples loses what is fast
-in it, and the motion does not, which makes a mass too small. Any other column is a table of its
-own clock.
+Their cells are empty between their samples, which are no gaps: each is a table of its own clock.
 """
 
 from __future__ import annotations
@@ -17,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...space import Array
 from .choice import Choice
-from .raw_table import RawTable, shortened
+from .raw_table import RawTable
 from .repair import SHORT_GAP
 
 #: From how many rows to a sample on a column is a slower one: below it, cells are missing.
@@ -32,7 +29,7 @@ class _Rows(NamedTuple):
 
 
 def by_rate(
-    table: RawTable, time: Choice | None, grid: str, force: str, wanted: Collection[str]
+    table: RawTable, time: Choice | None, grid: str, wanted: Collection[str]
 ) -> tuple[RawTable, ...]:
     """A table taken apart into one for each set of rows that its columns are written in.
 
@@ -40,7 +37,6 @@ def by_rate(
         table: Of one clock.
         time: The column of times, if there is one.
         grid: The column on whose clock the others are brought: it keeps the column of times.
-        force: The column of the force; empty without one.
         wanted: The columns that become channels; the others stay with the faster ones.
 
     Returns:
@@ -57,18 +53,10 @@ def by_rate(
     if not np.isfinite(t).all() or (np.diff(t) < 0.0).any():
         return (table,)
     apart = {name for rows in slower for name in rows.names}
-    first, notes = _Rows([n for n in table.columns if n not in apart]), table.notes
-    leading = next((rows for rows in slower if force in rows.names), None)
-    if leading is not None and leading.written is not None and grid not in apart:
-        first = _Rows([*first.names, *leading.names], leading.written)
-        slower.remove(leading)
-        notes = (
-            *notes,
-            f"{shortened(force)} is in {len(leading.written)} of {len(t)} rows: these are read",
-        )
+    first = _Rows([n for n in table.columns if n not in apart])
     parts = [_part(table, t, rows, time.column, grid) for rows in (first, *slower)]
     whole = [part for part in parts if part.columns]
-    return (replace(whole[0], notes=notes), *(replace(p, scalars={}) for p in whole[1:]))
+    return (replace(whole[0], notes=table.notes), *(replace(p, scalars={}) for p in whole[1:]))
 
 
 def _part(table: RawTable, t: Array, rows: _Rows, time: str, grid: str) -> RawTable:

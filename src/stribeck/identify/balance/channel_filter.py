@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...data.derived_channel import Slope
 from ...data.filtering import bridged, decimate, kept
+from ...data.resampling import interpolated
 from ...data.runs import within
 from ...data.zero_phase import BLOCK
 from ...space import Array
@@ -86,7 +87,7 @@ def _beside(
         rows = log.counts & ~gaps[kept(len(v), log.factor)]
         rows &= (log.row_clock + delay >= log.clock[0]) & (log.row_clock + delay <= log.clock[-1])
         smooth = _Runs(gaps, seconds * log.rate)
-        moved = np.interp(log.clock + delay, log.clock, log.raw)
+        moved = interpolated(log.clock + delay, log.clock, log.raw)
         force = smooth.fallen(log.raw) if channel == "force" else smooth.low(log.raw)
 
         def thin(x: Array, log: Log = log, gaps: NDArray[np.bool_] = gaps) -> Array:
