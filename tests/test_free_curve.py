@@ -131,7 +131,7 @@ def test_select_holds_a_formula_against_the_free_curve() -> None:
     assert len(off) >= 10
     assert off == pytest.approx(truth, abs=0.01)
     assert "coulomb-viscous is within 3 % of it" in chosen.curve.sentence
-    assert "but from 6.19 mm/s on (+28 %), up to " in chosen.curve.sentence
+    assert "but from 6.16 mm/s on (+28 %), up to " in chosen.curve.sentence
     assert chosen.sentences[-1] == chosen.curve.sentence
     drop = select([foreign_log()], rig="forced", laws=["stribeck"], folds=2).curve
     assert drop is not None

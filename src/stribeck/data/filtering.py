@@ -103,6 +103,13 @@ class Filtering:
         """Whether nothing is low-passed: a velocity that is no difference needs it not so far."""
         return self.cutoff(rate) >= 0.5 * rate
 
+    def differences(self, rate: float) -> int:
+        """Order of the differences at a sampling rate in Hz.
+
+        A velocity that nothing low-passes has corners, over which those of order 6 ring.
+        """
+        return 2 if self.passes(rate) else self.accuracy
+
     def factor(self, rate: float) -> int:
         """Samples that become one at a sampling rate in Hz."""
         if self.passes(rate):
@@ -225,14 +232,14 @@ def smooth_motion(position: Array, rate: float, filtering: Filtering) -> SmoothM
     if len(position) <= padding:
         raise InputError(f"{len(position)} samples are too few to filter: give more than {padding}")
     if filtering.passes(rate):
-        v = Slope(position, rate, filtering.accuracy)
-        return SmoothMotion(position, v, Slope(v, rate, filtering.accuracy))
+        v = Slope(position, rate, filtering.differences(rate))
+        return SmoothMotion(position, v, Slope(v, rate, filtering.differences(rate)))
     sections = butter(filtering.order, filtering.cutoff(rate), fs=rate, output="sos")
     # The filter starts from the first sample, so that an offset of metres costs no digits.
     first, n = position[0], len(position)
     q = zero_phase(sections, lambda at: position[at] - first, n, padding, slice(0, n, 1))[:, 0]
-    v = Slope(q, rate, filtering.accuracy)
-    return SmoothMotion(Shifted(q, float(first)), v, Slope(v, rate, filtering.accuracy))
+    v = Slope(q, rate, filtering.differences(rate))
+    return SmoothMotion(Shifted(q, float(first)), v, Slope(v, rate, filtering.differences(rate)))
 
 
 def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, Array, Array]:
@@ -289,7 +296,7 @@ def velocity_error(noise: float, step: float, rate: float, filtering: Filtering)
     low_pass = _low_pass_response(filtering.order, filtering.cutoff(rate) / rate)
     if filtering.velocity == "recorded":
         return _SIGMAS * noise * float(np.linalg.norm(low_pass)) + 0.5 * step
-    rms = float(np.linalg.norm(Slope(low_pass, rate, filtering.accuracy)[:]))
+    rms = float(np.linalg.norm(Slope(low_pass, rate, filtering.differences(rate))[:]))
     return _SIGMAS * noise * rms + step * rate * float(low_pass.max())
 
 
@@ -314,9 +321,9 @@ def motion_noise(sd: float, rate: float, filtering: Filtering) -> MotionNoise:
     v = (
         response
         if filtering.velocity == "recorded"
-        else Slope(response, rate, filtering.accuracy)[:]
+        else Slope(response, rate, filtering.differences(rate))[:]
     )
-    a = Slope(v, rate, filtering.accuracy)[:]
+    a = Slope(v, rate, filtering.differences(rate))[:]
     return MotionNoise(sd * float(np.linalg.norm(v)), sd * float(np.linalg.norm(a)))
 
 
