@@ -318,12 +318,9 @@ def motion_noise(sd: float, rate: float, filtering: Filtering) -> MotionNoise:
     response = np.eye(1, 25, 12)[0]
     if not filtering.passes(rate):
         response = _low_pass_response(filtering.order, filtering.cutoff(rate) / rate)
-    v = (
-        response
-        if filtering.velocity == "recorded"
-        else Slope(response, rate, filtering.differences(rate))[:]
-    )
-    a = Slope(v, rate, filtering.differences(rate))[:]
+    order = filtering.differences(rate)
+    v = response if filtering.velocity == "recorded" else Slope(response, rate, order)[:]
+    a = Slope(v, rate, order)[:]
     return MotionNoise(sd * float(np.linalg.norm(v)), sd * float(np.linalg.norm(a)))
 
 

@@ -244,7 +244,8 @@ def _log(
         if log.velocity is None or recording.velocity is None:
             raise InputError(f"{recording.label}: no velocity was recorded: map a column to it")
         recorded, source = low_passed(log.velocity, log.rate, filtering), recording.velocity
-        motion = SmoothMotion(motion.position, recorded, Slope(recorded, log.rate, order))
+        slope = Slope(recorded, log.rate, filtering.differences(log.rate))
+        motion = SmoothMotion(motion.position, recorded, slope)
     q, v, a = (Inner(channel, first, last) for channel in motion)
     chosen = np.zeros(len(recording), dtype=bool)
     chosen[slice(None) if rows is None else rows] = True
