@@ -142,7 +142,7 @@ CONTESTANTS: dict[str, tuple[Contestant, tuple[int, int], tuple[int, int]]] = {
     "ats-restart": (ours("ats", deadlock="restart"), (6, 30_000), (1, 5_000)),
 }
 #: Contestants on the random twins.
-RANDOM = ("mbts", SKETCH)
+RANDOM = ("mbts", SKETCH, SCREENED, DFO_LS)
 #: Seeds on each random twin.
 SEEDS = 10
 
@@ -243,12 +243,13 @@ def _random(results: dict[str, Any]) -> Table:
             Cell.number(1e3 * twin["noise"], 2),
             Cell.number(twin["best"], 4),
         )
-        by = [_cells(twin["counts"][method]["evaluations"]) for method in RANDOM]
-        rows.append((*fixed, *(cell for cells in by for cell in (cells[0], cells[2], cells[3]))))
-    shown = [(f"{method}: found", "median", "most") for method in RANDOM]
+        by = {m: _cells(c["evaluations"]) for m in RANDOM if (c := twin["counts"].get(m))}
+        found, _, median, most = by.pop("mbts")
+        rows.append((*fixed, found, median, most, *(cells[2] for cells in by.values())))
+    heads = ("mbts: found", "median", "most", *(f"{m}: median" for m in RANDOM[1:]))
     return Table(
         "The same on twins with random true parameters",
-        ("twin", "direction", "rate/Hz", "noise/mm", "best J/mm", *(h for hs in shown for h in hs)),
+        ("twin", "direction", "rate/Hz", "noise/mm", "best J/mm", *heads),
         tuple(rows),
     )
 

@@ -78,9 +78,10 @@ def _thinned(base: RawTable, forces: RawTable | None, grid: str) -> RawTable:
         return base
     assert base.t is not None  # noqa: S101 - as was checked
     assert forces.t is not None  # noqa: S101 - as was checked
-    every = int(_interval(forces.t) / (_FINEST * _interval(base.t)) * (1.0 + _SLACK))
-    if every < 2 or len(base.t) < _FEWEST * every:  # noqa: PLR2004 - nothing to leave out
+    ratio = (1.0 + _SLACK) * _interval(forces.t) / (_FINEST * _interval(base.t))
+    if not 2.0 <= ratio <= len(base.t) / _FEWEST:  # noqa: PLR2004 - nothing to leave out
         return base
+    every = int(ratio)
     first = int(np.searchsorted(base.t, forces.t[0] - _SLACK * _interval(base.t))) % every
     rows = slice(first, None, every)
     note = f"{listed([grid])}: one of {every} samples is read, as the force is slower"
