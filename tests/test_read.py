@@ -184,6 +184,27 @@ def test_a_force_that_is_slower_is_read_between_its_samples(
     assert (thinned in recording.notes) == (every > 1)
 
 
+def test_a_slower_force_is_joined_by_rows_where_stamps_are_rounded(tmp_path: Path) -> None:
+    """Two rows have the same stamp, but not where one of two is read."""
+    lines = two_rates("F_N", 4).splitlines()
+    rounded = [
+        f"{2 * (k // 2) * (T[1] - T[0]):.6g}".replace(".", ",") + line[line.index(";") :]
+        for k, line in enumerate(lines[1:])
+    ]
+    recording = read(write(tmp_path, "\n".join([lines[0], *rounded])))
+    np.testing.assert_allclose(np.diff(recording.t), 2 * (T[1] - T[0]), atol=1e-9)
+    assert recording.force is not None
+    own = np.arange(0, 2 * len(recording), 2)
+    np.testing.assert_allclose(recording.force, np.cos(3.0 * T[own]), atol=1e-5)
+
+
+def test_an_infinite_cell_of_a_slower_force_is_refused(tmp_path: Path) -> None:
+    lines = two_rates("F_N", 4).splitlines()
+    lines[17] = ";".join([*lines[17].split(";")[:2], "inf", "auto"])
+    with pytest.raises(InputError, match=r"line 18: force is infinite"):
+        read(write(tmp_path, "\n".join(lines)))
+
+
 def test_another_column_that_is_slower_is_read_between_its_samples(tmp_path: Path) -> None:
     head = "t_s;x_mm;I_A"
     rows = [

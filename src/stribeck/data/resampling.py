@@ -119,7 +119,7 @@ def _even(t: Array, values: Array) -> NDArray[np.bool_]:
     """From which samples on six follow each other evenly and are numbers, (N - 5,)."""
     interval = np.diff(t)
     median = float(np.median(interval))
-    good = (interval >= _SHORTEST * median) & (interval <= _LONGEST * median)
+    good = (interval >= _SHORTEST * median) & (interval <= _LONGEST * median) & (interval > 0.0)
     finite = np.isfinite(values)
     good &= finite[1:] & finite[:-1]
     n = len(t) - _NODES + 1

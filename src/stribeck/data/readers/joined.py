@@ -78,10 +78,10 @@ def _thinned(base: RawTable, forces: RawTable | None, grid: str) -> RawTable:
         return base
     assert base.t is not None  # noqa: S101 - as was checked
     assert forces.t is not None  # noqa: S101 - as was checked
-    ratio = (1.0 + _SLACK) * _interval(forces.t) / (_FINEST * _interval(base.t))
-    if not 2.0 <= ratio <= len(base.t) / _FEWEST:  # noqa: PLR2004 - nothing to leave out
+    own, finest = (1.0 + _SLACK) * _interval(forces.t), _FINEST * _interval(base.t)
+    if not 0.0 < 2.0 * finest <= own <= finest * len(base.t) / _FEWEST:
         return base
-    every = int(ratio)
+    every = int(own / finest)
     first = int(np.searchsorted(base.t, forces.t[0] - _SLACK * _interval(base.t))) % every
     rows = slice(first, None, every)
     note = f"{listed([grid])}: one of {every} samples is read, as the force is slower"
@@ -116,16 +116,22 @@ def _span(table: RawTable) -> str:
 
 
 def _resampled(grid: Array, other: RawTable, name: str, *, hold: bool) -> Array:
+    """A column at the instants of the grid; infinite beside a sample that is."""
     assert other.t is not None  # noqa: S101 - as was checked
-    finite = np.isfinite(other.columns[name]) & np.isfinite(other.t)
-    t, values = other.t[finite], other.columns[name][finite]
+    column = other.columns[name]
+    finite = np.isfinite(column) & np.isfinite(other.t)
+    t, values = other.t[finite], column[finite]
     if len(t) == 0:
         return np.full(len(grid), np.nan)
     if hold:
-        return np.asarray(values[np.maximum(np.searchsorted(t, grid, side="right") - 1, 0)])
-    if _interval(t) * _FASTER < _interval(grid):
-        return averaged(grid, t, values)
-    return interpolated(grid, t, values)
+        resampled = values[np.maximum(np.searchsorted(t, grid, side="right") - 1, 0)]
+    elif _interval(t) * _FASTER < _interval(grid):
+        resampled = averaged(grid, t, values)
+    else:
+        resampled = interpolated(grid, t, values)
+    infinite = other.t[np.isinf(column) & np.isfinite(other.t)]
+    resampled[np.minimum(np.searchsorted(grid, infinite), len(grid) - 1)] = np.inf
+    return resampled
 
 
 def _interval(t: Array) -> float:
