@@ -20,3 +20,5 @@ CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "back_pressure": ("Pa", "Pa"),
     }
 )
+#: No quantity of an axis is larger in SI; the square of one that is could not be computed.
+LARGEST = 1e30

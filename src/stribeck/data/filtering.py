@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 JITTER = 0.01
 #: An interval of more than this many is a gap: what lies in it was not measured.
 GAP = 3.5
+#: A log is as long as so many times its samples at their median interval, at most.
+_SPARSEST = 50.0
 #: The cut-off stays at or below this share of the sampling rate: there a difference still sees all
 #: of a velocity (one of order 2 94 %), and the report's own 100 Hz at 1 kHz is this share.
 CUTOFF_SHARE = 0.1
@@ -172,6 +174,9 @@ def even(recording: Recording, force: Array) -> Even:
 
     Position is resampled by a cubic spline, because it is differentiated twice afterwards, the
     other channels are interpolated one sample after the other, all at the log's median interval.
+
+    Raises:
+        InputError: nearly all of it lies in gaps.
     """
     t, n = recording.t, len(recording)
     less = 0.0 if recording.known_force is None else recording.known_force.values
@@ -186,6 +191,12 @@ def even(recording: Recording, force: Array) -> Even:
     from scipy.interpolate import CubicSpline  # noqa: PLC0415 - most logs never need it
 
     step = recording.dt
+    if t[-1] - t[0] > _SPARSEST * n * step:
+        longest = int(np.argmax(np.diff(t)))
+        raise InputError(
+            f"{recording.label}: its times leave most of {t[-1] - t[0]:.4g} s out, most between "
+            f"{t[longest]:.6g} and {t[longest + 1]:.6g} s: cut the log there"
+        )
     grid = t[0] + step * np.arange(int((t[-1] - t[0]) / step * (1 + 1e-12)) + 1)
     after = np.clip(np.searchsorted(t, grid, side="left"), 1, n - 1)
     nearest = np.where(grid - t[after - 1] < t[after] - grid, after - 1, after)

@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..presenters import presenter
 from ..space import Array
 from ..units import unit
-from .channels import CHANNELS
+from .channels import CHANNELS, LARGEST
 from .frames import Frame, frame_table
 from .known_force import KnownForce
 from .power_flow import loss_factors
@@ -27,9 +27,6 @@ from .readers.log_file import TablesInMemory
 from .readers.log_map import LogMap
 from .readers.raw_table import listed, printable, shortened
 from .steady_runs import SteadyRuns
-
-#: No quantity of an axis is larger in SI; the square of one that is could not be computed.
-LARGEST = 1e30
 
 
 def _is_sealed(base: object) -> bool:

@@ -18,7 +18,7 @@ from .zero_phase import BLOCK
 _NODES = 6
 #: Intervals that a polynomial spans, as shares of their median: over a longer one a channel was not
 #: measured, and the noise of samples that all but coincide would be a slope.
-_SHORTEST, _LONGEST = 0.5, 1.75
+_SHORTEST, _LONGEST = 0.5, 3.5
 #: Second and fourth differences of means over an interval that are taken off for the values in its
 #: middle, exact for polynomials of degree 5; and how far an interval may be off the others for it.
 _SHARPER, _EVEN = (1 / 24, -3 / 640), 0.1
@@ -29,6 +29,8 @@ def interpolated(at: Array, t: Array, values: Array) -> Array:
 
     Lines are straight, as of `numpy.interp`, which holds the first and the last value beyond the
     ends: they are taken beside a gap, samples that all but coincide, and those that are not finite.
+    No value lies beyond the least and the greatest that were measured, nor off these between two
+    samples there: where a sensor was at its limit, it is there still.
 
     Args:
         at: Instants, s, rising, (n,).
@@ -41,14 +43,20 @@ def interpolated(at: Array, t: Array, values: Array) -> Array:
     result = np.asarray(np.interp(at, t, values), dtype=float)
     if len(t) < _NODES or not len(at):
         return result
-    even = _even(t, values)
+    even, lowest, highest = _even(t, values), np.fmin.reduce(values), np.fmax.reduce(values)
+    limited = (values == lowest) | (values == highest)
+    flat = np.append(limited[1:] & (values[1:] == values[:-1]), False)
     for k in range(0, len(at), BLOCK):
         block = slice(k, min(k + BLOCK, len(at)))
         between = np.searchsorted(t, at[block], side="right") - 1
         first = np.clip(between - _NODES // 2 + 1, 0, len(even) - 1)
         inside = (between >= 0) & (at[block] < t[-1]) & even[first] & (at[block] > t[between])
+        inside &= ~flat[between]
         if inside.any():
-            result[block][inside] = _polynomial(at[block][inside], t, values, first[inside])
+            smooth = _polynomial(at[block][inside], t, values, first[inside])
+            lines = result[block][inside]
+            smooth = np.where(np.isfinite(smooth), np.clip(smooth, lowest, highest), lines)
+            result[block][inside] = smooth
     return result
 
 
@@ -73,18 +81,23 @@ def averaged(grid: Array, t: Array, values: Array) -> Array:
     width = np.diff(edges)
     means = np.where(
         width > 0.0,
-        np.diff(interpolated(edges, t, _integral(t, values))) / np.where(width > 0.0, width, 1.0),
+        np.diff(interpolated(edges, t, integral(t, values))) / np.where(width > 0.0, width, 1.0),
         np.interp(grid, t, values),
     )
     off = _uneven(width)
     apart = _uneven(np.diff(grid))
     off[1:] |= apart
     off[:-1] |= apart
-    return _sharpened(means, off)
+    return np.clip(_sharpened(means, off), values.min(), values.max())
 
 
-def _integral(t: Array, values: Array) -> Array:
-    """Of a channel up to each sample, (N,), in even stretches of polynomials of degree 3."""
+def integral(t: Array, values: Array) -> Array:
+    """Of a channel up to each sample, (N,): of polynomials of degree 3, where uneven by trapezia.
+
+    Args:
+        t: Instants of the samples, s, rising, (N,).
+        values: The samples, (N,), finite.
+    """
     areas = np.diff(t) * (values[1:] + values[:-1]) / 2.0
     if len(t) > 3:  # noqa: PLR2004 - as a polynomial of degree 3 takes
         even = ~_uneven(np.diff(t))

@@ -12,6 +12,7 @@ from ...errors import ChoiceError, InputError
 from ...space import Array
 from ..channels import CHANNELS
 from ..known_force import KnownForce
+from ..resampling import integral
 from .budget import CELL, ReadBudget
 from .choice import Choice
 from .column_map import Entry
@@ -267,12 +268,11 @@ def _mended(
 
 
 def _integral(channels: Mapping[str, Array]) -> Array:
-    """Positions from velocities by trapezia, from 0; nan where one of both is missing."""
+    """Positions from velocities, from 0; nan where one of both is missing."""
     t, v = channels["time"], channels["velocity"]
     valid = np.isfinite(t) & np.isfinite(v)
-    steps = np.diff(t[valid]) * (v[valid][1:] + v[valid][:-1]) / 2.0
     x = np.full(len(t), np.nan)
-    x[valid] = np.concatenate([[0.0], np.cumsum(steps)])
+    x[valid] = integral(t[valid], v[valid])
     return x
 
 

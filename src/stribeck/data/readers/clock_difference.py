@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...space import Array
+from ..channels import LARGEST
 
 #: Signals that correlate less are not one.
 ALIKE = 0.95
@@ -22,7 +23,6 @@ _STILL = 1e-6  # of the variances' product: nothing moves
 _MOST = 1 << 17
 _WINDOWS = 12
 _FEWEST = 40
-_LARGEST = 1e30
 _STEPS = 8
 
 
@@ -67,7 +67,7 @@ def clock_difference(t: Array, a: Array, t_other: Array, b: Array) -> ClockDiffe
     """
     t, a = t[np.isfinite(a)], a[np.isfinite(a)]
     t_other, b = t_other[np.isfinite(b)], b[np.isfinite(b)]
-    if max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0)) > _LARGEST:
+    if max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0)) > LARGEST:
         return None
     if min(len(t), len(t_other)) < _FEWEST or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return None

@@ -12,11 +12,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...space import Array
+from ..channels import LARGEST
+from ..gate.discontinuities import force_strays
 from ..resampling import averaged, interpolated
 from .raw_table import RawTable, listed
+from .repair import FEWEST
 
 #: From how many samples to an interval of the grid on a channel is averaged.
 _FASTER = 1.5
@@ -25,6 +29,10 @@ _SLACK = 1e-3
 #: the grid's rate (`filtering`), then smears a reversal over as many samples of the force as the
 #: polynomials between these go through, and rows so near are left out.
 _FINEST = 2
+#: A turn of an angle that starts anew is a step of this share of its range, at least.
+_TURN = 0.5
+#: A force is away, and not slow, for so many times its median and its mean interval.
+_AWAY = 10.0
 #: How many samples a grid has at least.
 _FEWEST = 2
 
@@ -58,12 +66,15 @@ def joined(
     assert base.t is not None  # noqa: S101 - as was checked
     rows = _common(base, others)
     columns = {n: a[rows] for n, a in base.columns.items()}
+    others = [_without_strays(other, force) for other in others]
     notes = [note for table in (base, *others) for note in table.notes]
     for other in others:
         with np.errstate(over="ignore", invalid="ignore"):
             columns |= {
                 n: _resampled(base.t[rows], other, n, hold=n in held) for n in other.columns
             }
+            if force in other.columns:
+                columns[force][_away(base.t[rows], other, force)] = np.nan
         notes.append(_sentence(base, other, held))
     return replace(
         base, columns=columns, t=base.t[rows], places=base.places[rows], scalars=scalars,
@@ -81,6 +92,9 @@ def _thinned(base: RawTable, forces: RawTable | None, grid: str) -> RawTable:
     own, finest = (1.0 + _SLACK) * _interval(forces.t), _FINEST * _interval(base.t)
     if not 0.0 < 2.0 * finest <= own <= finest * len(base.t) / _FEWEST:
         return base
+    position = base.columns[grid][np.isfinite(base.columns[grid])]
+    if np.abs(np.diff(position)).max(initial=0.0) > _TURN * np.ptp(position):
+        return base  # what is left out of an angle that turns over cannot be unwrapped
     every = int(own / finest)
     first = int(np.searchsorted(base.t, forces.t[0] - _SLACK * _interval(base.t))) % every
     rows = slice(first, None, every)
@@ -132,6 +146,35 @@ def _resampled(grid: Array, other: RawTable, name: str, *, hold: bool) -> Array:
     infinite = other.t[np.isinf(column) & np.isfinite(other.t)]
     resampled[np.minimum(np.searchsorted(grid, infinite), len(grid) - 1)] = np.inf
     return resampled
+
+
+def _away(grid: Array, other: RawTable, name: str) -> NDArray[np.bool_]:
+    """Where a column was not measured for long, (n,)."""
+    assert other.t is not None  # noqa: S101 - as was checked
+    t = other.t[np.isfinite(other.columns[name]) & np.isfinite(other.t)]
+    if len(t) < 2:  # noqa: PLR2004 - an interval
+        return np.zeros(len(grid), dtype=bool)
+    usual = max(_interval(t), float(t[-1] - t[0]) / (len(t) - 1))
+    long = np.concatenate([[False], np.diff(t) > _AWAY * usual, [False]])
+    after = np.searchsorted(t, grid)
+    return np.asarray(long[after] & (t[np.minimum(after, len(t) - 1)] > grid))
+
+
+def _without_strays(other: RawTable, force: str) -> RawTable:
+    """A table whose force lacks single wild samples, which would spread over those around."""
+    if force not in other.columns:
+        return other
+    finite = np.flatnonzero(np.isfinite(other.columns[force]))
+    if len(finite) < FEWEST or np.abs(other.columns[force][finite]).max() > LARGEST:
+        return other  # too few to tell, or no force: that is refused with its place
+    wild = finite[force_strays(other.columns[force][finite])]
+    if not len(wild):
+        return other
+    column = other.columns[force].copy()
+    column[wild] = np.nan
+    several = f"{len(wild)} wild samples" if len(wild) > 1 else "1 wild sample"
+    note = f"{several} of {listed([force])} left out, first in {other.place(int(wild[0]))}"
+    return replace(other, columns={**other.columns, force: column}, notes=(*other.notes, note))
 
 
 def _interval(t: Array) -> float:

@@ -19,6 +19,8 @@ from .repair import SHORT_GAP
 
 #: From how many rows to a sample on a column is a slower one: below it, cells are missing.
 _SLOWER = 2
+#: Stamps are rounded where more than this share of them repeats the one before.
+_ROUNDED = 0.3
 
 
 class _Rows(NamedTuple):
@@ -52,7 +54,7 @@ def by_rate(
     t = time.values(table)
     if not np.isfinite(t).all() or (np.diff(t) < 0.0).any():
         return (table,)
-    if (np.diff(t) == 0.0).any():  # stamps that are rounded: the rows tell the time between them
+    if np.mean(np.diff(t) == 0.0) > _ROUNDED:  # the rows tell the time between two stamps
         t = np.linspace(t[0], t[-1], len(t))
     apart = {name for rows in slower for name in rows.names}
     first = _Rows([n for n in table.columns if n not in apart])
