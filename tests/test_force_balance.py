@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
+from fast_axis import axis
 from stribeck.data.filtering import (
     DECIMATION_GAIN,
     Filtering,
@@ -107,15 +108,7 @@ def test_the_error_of_plain_differences_falls_with_their_square_and_the_default_
 @pytest.mark.parametrize("rate", [100.0, 125.0, 250.0, 500.0])
 def test_fast_strokes_of_a_slow_log_keep_their_mass(rate: float) -> None:
     """Tones up to 7.3 Hz, of which plain differences make 85.03 to 85.86 kg, surely."""
-    t = np.arange(round(20.0 * rate)) / rate
-    x, v, a = np.zeros((3, len(t)))
-    for f in (0.31, 0.83, 1.7, 3.1, 4.7, 7.3):
-        w, size = 2 * np.pi * f, 0.08 * np.exp(-0.25 * f) / f
-        x += size * np.sin(w * t + 1.3 * f)
-        v += size * w * np.cos(w * t + 1.3 * f)
-        a -= size * w**2 * np.sin(w * t + 1.3 * f)
-    rng = np.random.default_rng(20261126)
-    force = 85.0 * a + 20.0 * np.sign(v) + 214.0 * v + 2.0 * rng.standard_normal(len(t))
+    t, x, force = axis(rate)
     fit = identify(Recording(t=t, position=x, force=force), rig="forced", law="coulomb-viscous")
     mass = next(e for e in fit.estimates if e.name == "M")
     assert mass.verdict == "identified"

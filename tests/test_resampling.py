@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fast_axis import axis
 from stribeck import Recording, identify, read
 from stribeck.data.resampling import averaged, interpolated
 from stribeck.errors import InputError
@@ -73,19 +74,6 @@ def test_means_stay_means_where_a_grid_is_uneven() -> None:
     # (b^3 - a^3) / 3 over (b - a), of edges in the middle between instants
     edges = 0.5 * (grid[1:] + grid[:-1])
     np.testing.assert_allclose(means[1:-1], np.diff(edges**3) / 3 / np.diff(edges), rtol=1e-7)
-
-
-def axis() -> tuple[Array, Array, Array]:
-    """Time, position and force of 85 kg under 20 N and 214 N s/m, tones up to 7.3 Hz."""
-    t = np.arange(20_000) / 1000.0
-    x, v, a = np.zeros((3, len(t)))
-    for f in (0.31, 0.83, 1.7, 3.1, 4.7, 7.3):
-        w, size = 2 * np.pi * f, 0.08 * np.exp(-0.25 * f) / f
-        x += size * np.sin(w * t + 1.3 * f)
-        v += size * w * np.cos(w * t + 1.3 * f)
-        a -= size * w**2 * np.sin(w * t + 1.3 * f)
-    rng = np.random.default_rng(20261126)
-    return t, x, 85.0 * a + 20.0 * np.sign(v) + 214.0 * v + 2.0 * rng.standard_normal(len(t))
 
 
 def written(path: Path, t: Array, x: Array, force: Array) -> Path:
