@@ -93,8 +93,10 @@ def _thinned(base: RawTable, forces: RawTable | None, grid: str) -> RawTable:
     if not 0.0 < 2.0 * finest <= own <= finest * len(base.t) / _FEWEST:
         return base
     position = base.columns[grid][np.isfinite(base.columns[grid])]
-    if np.abs(np.diff(position)).max(initial=0.0) > _TURN * np.ptp(position):
-        return base  # what is left out of an angle that turns over cannot be unwrapped
+    with np.errstate(over="ignore", invalid="ignore"):
+        turns = np.abs(np.diff(position)).max(initial=0.0) > _TURN * np.ptp(position)
+    if turns:  # what is left out of an angle that starts anew cannot be unwrapped
+        return base
     every = int(own / finest)
     first = int(np.searchsorted(base.t, forces.t[0] - _SLACK * _interval(base.t))) % every
     rows = slice(first, None, every)
