@@ -205,6 +205,19 @@ def test_an_infinite_cell_of_a_slower_force_is_refused(tmp_path: Path) -> None:
         read(write(tmp_path, "\n".join(lines)))
 
 
+@pytest.mark.parametrize(
+    ("position", "reason"), [("", "position column is empty"), ("1e308", "position has values")]
+)
+def test_positions_that_are_none_beside_a_slower_force(
+    position: str, reason: str, tmp_path: Path
+) -> None:
+    lines = [line.split(";") for line in two_rates("F_N", 6).splitlines()]
+    for k, cells in enumerate(lines[1:]):
+        cells[1] = position and f"{'-' * (k % 2)}{position}"
+    with pytest.raises(InputError, match=reason):
+        read(write(tmp_path, "\n".join(map(";".join, lines))))
+
+
 def test_another_column_that_is_slower_is_read_between_its_samples(tmp_path: Path) -> None:
     head = "t_s;x_mm;I_A"
     rows = [

@@ -93,6 +93,8 @@ def _thinned(base: RawTable, forces: RawTable | None, grid: str) -> RawTable:
     if not 0.0 < 2.0 * finest <= own <= finest * len(base.t) / _FEWEST:
         return base
     position = base.columns[grid][np.isfinite(base.columns[grid])]
+    if not len(position):
+        return base  # which is told where it is taken
     with np.errstate(over="ignore", invalid="ignore"):
         turns = np.abs(np.diff(position)).max(initial=0.0) > _TURN * np.ptp(position)
     if turns:  # what is left out of an angle that starts anew cannot be unwrapped
