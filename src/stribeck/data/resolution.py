@@ -7,7 +7,7 @@ the sensor holds a value; the middle of their distribution is used, so that slip
 from __future__ import annotations
 
 from functools import wraps
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 from weakref import ref
 
 import numpy as np
@@ -17,7 +17,6 @@ from ..space import Array
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from .recording import Recording
 
 #: Of longer channels so many samples are looked at, in so many stretches: a million show steps and
 #: noise as well as all do.
@@ -36,7 +35,15 @@ _QUIET, _QUIET_SD = 0.3, 0.3853  # 30 % of a normal distribution lie within 0.38
 _CUT, _CUT_VARIANCE = 3.0, 0.9733  # variance that a normal keeps within 3 sd
 
 
-def noise(recording: Recording) -> float:
+class Positioned(Protocol):
+    """What has positions, as a `Recording` does."""
+
+    @property
+    def position(self) -> Array:
+        """(N,), m or rad."""
+
+
+def noise(recording: Positioned) -> float:
     """Standard deviation of the position noise beside quantisation, m or rad."""
     return noise_of(recording.position)
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ...space import Array
+from ..outliers import SIGMAS, STEPS
 from ..repeated_samples import new_samples
 from ..resolution import step
 from .fault import Fault, mask, shown_as
-from .leaps import SIGMAS, STEPS, leaps
+from .leaps import leaps
 
 if TYPE_CHECKING:
     from ..recording import Recording

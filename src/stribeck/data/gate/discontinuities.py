@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...space import Array
-from ..resolution import noise_of, step
+from ..outliers import force_strays
+from ..resolution import step
 from .fault import Fault, Kind, mask, shown_as
-from .leaps import MOST, SHARE, SIGMAS, STEPS, WIDEST, Leaps, largest, leaps
+from .leaps import WIDEST, Leaps, leaps
 
 if TYPE_CHECKING:
     from ..recording import Recording
@@ -20,10 +21,6 @@ if TYPE_CHECKING:
 ALIKE = 0.02
 #: Share of the leaps that must go against the motion, as wraps do; noise at the edge makes others.
 MOSTLY = 0.6
-#: Single samples of a force stray if they stand so many times as far out as any other.
-FAR = 4.0
-#: and by this share of the channel's range.
-WILD = 0.02
 #: A log that leaps more often is not cut: nothing says which piece has the origin.
 PIECES = 5
 #: A piece that stands to the command as the log's beginning does is kept where it has at least this
@@ -33,8 +30,6 @@ ORIGIN = 0.2
 FEWEST = 20
 #: Samples of one value before a leap from which on the sensor stood, and the move made up for it.
 STOOD = 5
-#: Samples that are worked on at once.
-_BLOCK = 1 << 16
 #: Times that a note lists.
 _LISTED = 3
 #: A command goes along with a leap to this share of it where rows are missing.
@@ -118,18 +113,6 @@ def without_strays(recording: Recording) -> tuple[Recording, list[str]]:
         recording = replace(recording, force=_bridged(recording.t, recording.force, found))
         notes.append(_strays_told(recording, "force", found, off))
     return recording, notes
-
-
-def force_strays(u: Array) -> NDArray[np.intp]:
-    """Single samples of a force that stand out from both neighbours, far beyond all others."""
-    out = np.zeros(max(len(u) - 2, 0))
-    for k in range(0, len(out), _BLOCK):
-        d = np.diff(u[k : k + _BLOCK + 2])
-        both = np.minimum(np.abs(d[:-1]), np.abs(d[1:]))
-        out[k : k + _BLOCK] = np.where(d[:-1] * d[1:] < 0, both, 0.0)
-    far = largest(out, FAR, max(MOST, int(SHARE * len(u))))
-    least = max(STEPS * step(u) + SIGMAS * noise_of(u), WILD * float(np.ptp(u)))
-    return np.sort(far[out[far] > least] + 1)
 
 
 def _bridged(t: Array, y: Array, rows: NDArray[np.intp]) -> Array:

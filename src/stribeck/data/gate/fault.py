@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...space import Array
 from ...units import unit
 
 if TYPE_CHECKING:
@@ -65,19 +64,3 @@ def mask(n: int, rows: NDArray[np.intp] | slice | list[int]) -> NDArray[np.bool_
     result = np.zeros(n, dtype=bool)
     result[rows] = True
     return result
-
-
-def apart(sizes: Array, ratio: float, most: int) -> int:
-    """How many of the largest stand apart: each is `ratio` times the largest of the rest.
-
-    Args:
-        sizes: In falling order.
-        ratio: By which the last of them exceeds the next.
-        most: Count that they never exceed.
-    """
-    most = min(most, len(sizes) - 1)
-    if most < 1:
-        return 0
-    apart = np.flatnonzero(sizes[:most] >= ratio * sizes[1 : most + 1])
-    apart = apart[sizes[apart] > 0]
-    return int(apart[-1]) + 1 if len(apart) else 0

@@ -16,19 +16,16 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ...space import Array
+from ..outliers import MOST, SHARE, SIGMAS, STEPS, largest
 from ..resolution import noise_of, step
-from .fault import apart
 
 if TYPE_CHECKING:
     from ..recording import Recording
 
 #: How far leaps stand apart: in their departure from the speed around them, and in speed.
 DEPARTURE, SPEED = 4.0, 3.0
-#: Share of the samples that may leap, and how many may in any log.
-SHARE, MOST = 0.02, 8
-#: A leap is larger than so many steps and standard deviations of the sensor, and than this share of
-#: the whole travel: a smaller one hardly moves an estimate.
-STEPS, SIGMAS, LEAST = 3.0, 12.0, 1e-3
+#: A leap is larger than this share of the whole travel: a smaller one hardly moves an estimate.
+LEAST = 1e-3
 #: Beyond so many intervals nothing is known of the motion: what moves there is no leap.
 GAP = 3.5
 #: Samples about a leap whose speeds are compared, and the widest stray of an outlier.
@@ -114,22 +111,6 @@ def _speed_around(t: Array, x: Array, at: NDArray[np.intp]) -> Array:
     """The median speed about some samples."""
     about = np.clip(at[:, None] + np.arange(-_AROUND, _AROUND + 1), 0, len(x) - 2)
     return np.asarray(np.median((x[about + 1] - x[about]) / (t[about + 1] - t[about]), axis=1))
-
-
-def largest(sizes: Array, ratio: float, most: int) -> NDArray[np.intp]:
-    """The places of what stands apart, largest first; see `apart`.
-
-    Args:
-        sizes: (N,).
-        ratio: By which it exceeds all else.
-        most: How many at most.
-    """
-    places = np.arange(len(sizes))
-    if len(sizes) > most + 1:
-        least = np.partition(sizes, len(sizes) - most - 1)[len(sizes) - most - 1]
-        places = np.flatnonzero(sizes >= least)
-    order = places[np.argsort(sizes[places])[::-1]][: most + 1]
-    return order[: apart(sizes[order], ratio, most)]
 
 
 def _is_slip(

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...space import Array
+from ..outliers import apart
 from ..repeated_samples import new_samples, renewal
 from ..resolution import noise_of, step
 from ..runs import runs
-from .fault import Fault, apart, mask, shown_as
+from .fault import Fault, mask, shown_as
 
 if TYPE_CHECKING:
     from ..recording import Recording

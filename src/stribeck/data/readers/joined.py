@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...space import Array
 from ..channels import LARGEST
-from ..gate.discontinuities import force_strays
+from ..outliers import force_strays
 from ..resampling import averaged, interpolated
 from .raw_table import RawTable, listed
 from .repair import FEWEST
