@@ -31,7 +31,8 @@ def test_a_plot_keeps_every_extreme(
         assert set(inside) <= set(shown)
     else:  # what stands there is a value of the log, and not far from where it stands
         places = np.searchsorted(t, times)
-        reach = 2 * (np.diff(places).max() + FACTOR)
+        pixel = 2 * (np.diff(places).max() + FACTOR)
+        reach = pixel + pixel // FACTOR  # runs that a pixel is made of end beyond it by so much
         for at, value in zip(places, shown, strict=True):
             assert value in values[max(at - reach, 0) : at + reach]
 
