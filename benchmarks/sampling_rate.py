@@ -2,101 +2,113 @@
 
     python benchmarks/sampling_rate.py
 
-A rail carriage of 85 kg under 20 N and 214 N s/m follows tones of 0.31 to 7.3 Hz, which are exact:
-nothing is simulated. Its force has noise of 2 N, its position steps of 1 um; a row is six logs of
-20 s: means, how many 95 % intervals hold the truth, and how many values are called identified.
-Beside what `identify` gives stand differences of order 2, which is what the report on EMPS takes,
-and a slower force on straight lines, in the same package.
+A carriage follows exact tones of 0.31 to 7.3 Hz (tests/foreign/tones.py), its position in steps of
+1 um; a row is six logs of 20 s: means, how many 95 % intervals hold the truth, and how many values
+are called identified. Beside what `identify` gives stand differences of order 2, which is what the
+report on EMPS takes, and a slower or patchy force on straight lines, in the same package.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
+import foreign_path  # noqa: F401 - before what it finds
+from foreign.tones import TRUTH, axis
 from stribeck import Recording, identify
 from stribeck.data.readers.joined import joined
 from stribeck.data.readers.raw_table import RawTable
-from stribeck.identify.uncertainty.estimates import Estimate
+from stribeck.report.table import Table
 from stribeck.rig.balanced import BalancedRig
 from stribeck.rig.forced import FORCED
 from stribeck.space import Array
 
-TRUTH = {"F_C": 20.0, "F_V": 214.0, "M": 85.0}
-TONES = (0.31, 0.83, 1.7, 3.1, 4.7, 7.3)
-SECONDS, SEEDS, STEP, NOISE = 20.0, 6, 1e-6, 2.0
+SEEDS, STEP = 6, 1e-6
 RATES = (1000.0, 500.0, 250.0, 125.0, 100.0)
 #: Intervals of the force, ms, beside positions each ms.
 INTERVALS = (2, 4, 8, 16, 25, 40)
+#: Shares of rows, or of samples of a force each 8 ms, that are lost by chance.
+LOST = (0.01, 0.05)
 PLAIN = replace(FORCED, filtering=replace(FORCED.filtering, accuracy=2))
 
 
-def axis(rate: float, seed: int) -> tuple[Array, Array, Array]:
-    """Time, position and force."""
-    t = np.arange(round(SECONDS * rate)) / rate
-    x, v, a = np.zeros((3, len(t)))
-    for f in TONES:
-        w, size = 2 * np.pi * f, 0.08 * np.exp(-0.25 * f) / f
-        x += size * np.sin(w * t + 1.3 * f)
-        v += size * w * np.cos(w * t + 1.3 * f)
-        a -= size * w**2 * np.sin(w * t + 1.3 * f)
-    rng = np.random.default_rng(seed)
-    force = TRUTH["M"] * a + TRUTH["F_C"] * np.sign(v) + TRUTH["F_V"] * v
-    force += NOISE * rng.standard_normal(len(t))
-    return t, STEP * np.round(x / STEP + rng.uniform(-0.5, 0.5)), force
+def measured(rate: float, seed: int) -> tuple[Array, Array, Array]:
+    """Time, position in steps, and force."""
+    t, x, force = axis(rate, seed=seed)
+    offset = np.random.default_rng(seed).uniform(-0.5, 0.5)
+    return t, STEP * np.round(x / STEP + offset), force
 
 
-def of_one_clock(rate: float, seed: int) -> Recording:
-    """A log at a rate, Hz."""
-    t, x, force = axis(rate, seed)
-    return Recording(t=t, position=x, force=force)
+def of_one_clock(rate: float, seed: int, lost: float = 0.0) -> Recording:
+    """A log at a rate, Hz, of which a share of the rows is lost."""
+    t, x, force = measured(rate, seed)
+    kept = np.random.default_rng(100 + seed).random(len(t)) >= lost
+    return Recording(t=t[kept], position=x[kept], force=force[kept])
 
 
-def on_lines(every: int, seed: int) -> Recording:
-    """A log at 1 kHz whose force was measured in each n-th ms, on straight lines between."""
-    t, x, force = axis(1000.0, seed)
-    return Recording(t=t, position=x, force=np.interp(t, t[::every], force[::every]))
+def of_two(every: int, seed: int, lost: float = 0.0, *, lines: bool = False) -> Recording:
+    """A log at 1 kHz whose force has a sample each n-th ms, of which a share is lost.
 
-
-def as_read(every: int, seed: int) -> Recording:
-    """The same as a file of two clocks is read."""
-    t, x, force = axis(1000.0, seed)
+    As a file of two clocks is read, or with the force on straight lines.
+    """
+    t, x, force = measured(1000.0, seed)
+    own = np.arange(0, len(t), every)
+    own = own[np.random.default_rng(100 + seed).random(len(own)) >= lost]
+    if lines:
+        return Recording(t=t, position=x, force=np.interp(t, t[own], force[own]))
     tables = (
         RawTable({"x": x}, range(len(t)), t=t),
-        RawTable({"F": force[::every]}, range(len(t[::every])), t=t[::every]),
+        RawTable({"F": force[own]}, range(len(own)), t=t[own]),
     )
     table = joined(tables, "x", force="F")
     assert table.t is not None  # noqa: S101 - of a table with a clock
     return Recording(t=table.t, position=table.columns["x"], force=table.columns["F"])
 
 
-def row(name: str, logs: Sequence[Recording], rig: BalancedRig) -> str:
+def row(log: str, way: str, logs: Iterable[Recording], rig: BalancedRig = FORCED) -> list[str]:
     """Means of the estimates, and how many of the 95 % intervals hold the truth."""
     fits = [identify(log, rig=rig, law="coulomb-viscous").estimates for log in logs]
-    cells = []
+    cells = [log, way]
     for parameter, truth in TRUTH.items():
-        of: list[Estimate] = [next(e for e in fit if e.name == parameter) for fit in fits]
-        sure = sum(e.verdict == "identified" for e in of)
-        held = sum(e.low <= truth <= e.high for e in of)
-        cells.append(f"{np.mean([e.value for e in of]):7.2f}  {held}/{len(of)}  {sure}/{len(of)}")
-    return f"{name:28}" + "   ".join(cells)
+        estimates = [next(e for e in fit if e.name == parameter) for fit in fits]
+        held = sum(e.low <= truth <= e.high for e in estimates)
+        sure = sum(e.verdict == "identified" for e in estimates)
+        cells.append(f"{np.mean([e.value for e in estimates]):.2f}")
+        cells += [f"{count}/{len(estimates)}" for count in (held, sure)]
+    return cells
+
+
+def table(title: str, rows: list[list[str]]) -> Table:
+    """Rows under their heads."""
+    heads = ["log", "way", *(h for n, v in TRUTH.items() for h in (f"{n} ({v:g})", "in", "sure"))]
+    return Table.of_texts(title, heads, rows, labels=(0, 1))
 
 
 def main() -> None:
-    """Print both tables."""
-    heads = "   ".join(f"{f'{n} ({v:g})':>7}  in   sure" for n, v in TRUTH.items())
-    print(f"{'differences of order':28}{heads}")
+    """Print all tables."""
+    seeds = range(SEEDS)
+    rows = []
     for rate in RATES:
-        logs = [of_one_clock(rate, seed) for seed in range(SEEDS)]
-        print(row(f"{rate:4g} Hz    2", logs, PLAIN))
-        print(row(f"{'':11}6, as they are", logs, FORCED))
-    print(f"\n{'a force each':28}{heads}")
+        logs = [of_one_clock(rate, s) for s in seeds]
+        rows.append(row(f"{rate:g} Hz", "order 2", logs, PLAIN))
+        rows.append(row(f"{rate:g} Hz", "order 6, as they are", logs))
+    print(table("Differences of positions and force at one rate", rows).text())
+    rows = []
     for every in INTERVALS:
-        seeds = range(SEEDS)
-        print(row(f"{every:2} ms      on lines", [on_lines(every, s) for s in seeds], FORCED))
-        print(row(f"{'':11}as it is read", [as_read(every, s) for s in seeds], FORCED))
+        name = f"each {every} ms"
+        rows.append(row(name, "on lines", (of_two(every, s, lines=True) for s in seeds)))
+        rows.append(row(name, "as it is read", (of_two(every, s) for s in seeds)))
+    print(table("A slower force beside positions each ms", rows).text())
+    rows = []
+    for lost in LOST:
+        name = f"{lost:.0%} of rows at 250 Hz"
+        rows.append(row(name, "as it is read", (of_one_clock(250.0, s, lost) for s in seeds)))
+        name = f"{lost:.0%} of a force each 8 ms"
+        rows.append(row(name, "on lines", (of_two(8, s, lost, lines=True) for s in seeds)))
+        rows.append(row(name, "as it is read", (of_two(8, s, lost) for s in seeds)))
+    print(table("Samples lost by chance", rows).text())
 
 
 if __name__ == "__main__":
