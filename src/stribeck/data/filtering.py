@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array
 from .derived_channel import SampledChannel, Shifted, Slope
-from .resampling import interpolated
+from .resampling import GAP, interpolated
 from .runs import runs, within
 from .zero_phase import BLOCK, Samples, Signal, zero_phase
 
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 #: Sampling instants may be off their grid by this share of an interval (EMPS: 3e-5).
 JITTER = 0.01
-#: An interval of more than this many is a gap: what lies in it was not measured.
-GAP = 3.5
 #: A log is as long as so many times its samples at their median interval, at most.
 _SPARSEST = 50.0
 #: The cut-off stays at or below this share of the sampling rate: there a difference still sees all
@@ -242,15 +240,16 @@ def smooth_motion(position: Array, rate: float, filtering: Filtering) -> SmoothM
     padding = 3 * filtering.order
     if len(position) <= padding:
         raise InputError(f"{len(position)} samples are too few to filter: give more than {padding}")
+    order = filtering.differences(rate)
     if filtering.passes(rate):
-        v = Slope(position, rate, filtering.differences(rate))
-        return SmoothMotion(position, v, Slope(v, rate, filtering.differences(rate)))
+        v = Slope(position, rate, order)
+        return SmoothMotion(position, v, Slope(v, rate, order))
     sections = butter(filtering.order, filtering.cutoff(rate), fs=rate, output="sos")
     # The filter starts from the first sample, so that an offset of metres costs no digits.
     first, n = position[0], len(position)
     q = zero_phase(sections, lambda at: position[at] - first, n, padding, slice(0, n, 1))[:, 0]
-    v = Slope(q, rate, filtering.differences(rate))
-    return SmoothMotion(Shifted(q, float(first)), v, Slope(v, rate, filtering.differences(rate)))
+    v = Slope(q, rate, order)
+    return SmoothMotion(Shifted(q, float(first)), v, Slope(v, rate, order))
 
 
 def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, Array, Array]:

@@ -16,9 +16,10 @@ from .zero_phase import BLOCK
 
 #: Samples that a polynomial goes through: three to each side, but at the ends.
 _NODES = 6
-#: Intervals that a polynomial spans, as shares of their median: over a longer one a channel was not
-#: measured, and the noise of samples that all but coincide would be a slope.
-_SHORTEST, _LONGEST = 0.5, 3.5
+#: An interval of more than this many is a gap: what lies in it was not measured.
+GAP = 3.5
+#: Of an interval that is shorter than this share of the others the noise would be a slope.
+_SHORTEST = 0.5
 #: Second and fourth differences of means over an interval that are taken off for the values in its
 #: middle, exact for polynomials of degree 5; and how far an interval may be off the others for it.
 _SHARPER, _EVEN = (1 / 24, -3 / 640), 0.1
@@ -132,7 +133,7 @@ def _even(t: Array, values: Array) -> NDArray[np.bool_]:
     """From which samples on six follow each other evenly and are numbers, (N - 5,)."""
     interval = np.diff(t)
     median = float(np.median(interval))
-    good = (interval >= _SHORTEST * median) & (interval <= _LONGEST * median) & (interval > 0.0)
+    good = (interval >= _SHORTEST * median) & (interval <= GAP * median) & (interval > 0.0)
     finite = np.isfinite(values)
     good &= finite[1:] & finite[:-1]
     n = len(t) - _NODES + 1

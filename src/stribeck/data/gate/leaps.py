@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...space import Array
 from ..outliers import MOST, SHARE, SIGMAS, STEPS, largest
+from ..resampling import GAP
 from ..resolution import noise_of, step
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 DEPARTURE, SPEED = 4.0, 3.0
 #: A leap is larger than this share of the whole travel: a smaller one hardly moves an estimate.
 LEAST = 1e-3
-#: Beyond so many intervals nothing is known of the motion: what moves there is no leap.
-GAP = 3.5
 #: Samples about a leap whose speeds are compared, and the widest stray of an outlier.
 _AROUND, WIDEST = 3, 3
 #: Samples that are worked on at once.
@@ -77,7 +76,7 @@ def _leaps(recording: Recording) -> Leaps:
     at = np.union1d(departs, speeding).astype(np.intp)
     dt, around = t[at + 1] - t[at], _speed_around(t, x, at)
     size = x[at + 1] - x[at] - around * dt
-    kept = (np.abs(size) > tolerance) & (dt <= GAP * recording.dt)
+    kept = (np.abs(size) > tolerance) & (dt <= GAP * recording.dt)  # what moves in a gap is no leap
     kept[kept] = ~_is_slip(recording, x, at[kept], speeding, tolerance)
     return Leaps(at[kept], size[kept], around[kept], tolerance)
 
