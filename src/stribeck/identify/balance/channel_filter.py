@@ -7,7 +7,9 @@ x + T dx/dt, so that noise of the position, which that makes larger, speaks agai
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -58,16 +60,34 @@ def channel_filter(solution: Balance, delay: float) -> ChannelFilter:
         delay: The delay of the force that explains them best, s.
     """
     channel: Literal["force", "position"] = "force" if delay > 0 else "position"
-    first = [_beside(solution, channel, share * abs(delay), delay) for share in _SHARES]
-    best = min(first, key=lambda f: f.ratio)
-    finer = [_beside(solution, channel, share * best.seconds, delay) for share in _FINER]
-    return min([best, *finer], key=lambda f: f.ratio)
+    logs = solution.system.logs
+    moved = [interpolated(log.clock + delay, log.clock, log.raw) for log in logs]
+    beside = partial(_beside, solution, channel, delay=delay, moved=moved)
+    best = min((beside(share * abs(delay)) for share in _SHARES), key=_ratio)
+    return min([best, *(beside(share * best.seconds) for share in _FINER)], key=_ratio)
+
+
+def _ratio(f: ChannelFilter) -> float:
+    return f.ratio
 
 
 def _beside(
-    solution: Balance, channel: Literal["force", "position"], seconds: float, delay: float
+    solution: Balance,
+    channel: Literal["force", "position"],
+    seconds: float,
+    *,
+    delay: float,
+    moved: Sequence[Array],
 ) -> ChannelFilter:
-    """A filter beside a delay, both seen through a low pass of the same time constant."""
+    """A filter beside a delay, both seen through a low pass of the same time constant.
+
+    Args:
+        solution: The logs as they were recorded.
+        channel: The one that is filtered.
+        seconds: The time constant.
+        delay: Of the force.
+        moved: The forces of the logs without it.
+    """
     system = solution.system
     sets = np.tile(solution.values, (len(system.linear) + 1, 1))
     sets[:, system.linear] = 0.0
@@ -75,7 +95,7 @@ def _beside(
 
     filtered: list[Array] = []
     delayed: list[Array] = []
-    for log in system.logs:
+    for log, advanced in zip(system.logs, moved, strict=True):
         v, a = log.v[:], log.a[:]
         if channel == "position":
             v = v + seconds * a
@@ -87,7 +107,6 @@ def _beside(
         rows = log.counts & ~gaps[kept(len(v), log.factor)]
         rows &= (log.row_clock + delay >= log.clock[0]) & (log.row_clock + delay <= log.clock[-1])
         smooth = _Runs(gaps, seconds * log.rate)
-        moved = interpolated(log.clock + delay, log.clock, log.raw)
         force = smooth.fallen(log.raw) if channel == "force" else smooth.low(log.raw)
 
         def thin(x: Array, log: Log = log, gaps: NDArray[np.bool_] = gaps) -> Array:
@@ -99,7 +118,7 @@ def _beside(
         own = modelled(v, a)
         alike = own if channel == "force" else modelled(log.v[:], log.a[:])
         filtered.append(np.column_stack([*own, thin(force)])[rows])
-        delayed.append(np.column_stack([*alike, thin(smooth.low(moved))])[rows])
+        delayed.append(np.column_stack([*alike, thin(smooth.low(advanced))])[rows])
     (left, x), (left_of_delay, x_of_delay) = map(_solved, (filtered, delayed))
     ratio = left / max(left_of_delay, np.finfo(float).tiny)
     return ChannelFilter(channel, seconds, ratio, x - x_of_delay)
