@@ -20,7 +20,6 @@ from ..channels import LARGEST
 from ..outliers import force_strays
 from ..resampling import averaged, interpolated
 from .raw_table import RawTable, listed
-from .repair import FEWEST
 
 #: From how many samples to an interval of the grid on a channel is averaged.
 _FASTER = 1.5
@@ -169,8 +168,8 @@ def _without_strays(other: RawTable, force: str) -> RawTable:
     if force not in other.columns:
         return other
     finite = np.flatnonzero(np.isfinite(other.columns[force]))
-    if len(finite) < FEWEST or np.abs(other.columns[force][finite]).max() > LARGEST:
-        return other  # too few to tell, or no force: that is refused with its place
+    if not len(finite) or np.abs(other.columns[force][finite]).max() > LARGEST:
+        return other  # is refused with its place
     wild = finite[force_strays(other.columns[force][finite])]
     if not len(wild):
         return other
