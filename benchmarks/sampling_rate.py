@@ -103,12 +103,12 @@ def main() -> None:
     print(table("A slower force beside positions each ms", rows).text())
     rows = []
     for lost in LOST:
-        name = f"{lost:.0%} of rows at 250 Hz"
+        name = f"{lost:.0%} of rows"
         rows.append(row(name, "as it is read", (of_one_clock(250.0, s, lost) for s in seeds)))
-        name = f"{lost:.0%} of a force each 8 ms"
+        name = f"{lost:.0%} of the force"
         rows.append(row(name, "on lines", (of_two(8, s, lost, lines=True) for s in seeds)))
         rows.append(row(name, "as it is read", (of_two(8, s, lost) for s in seeds)))
-    print(table("Samples lost by chance", rows).text())
+    print(table("Lost by chance: of the rows at 250 Hz, of a force each 8 ms", rows).text())
 
 
 if __name__ == "__main__":
