@@ -100,4 +100,4 @@ format: setup
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf .venv demo fuzz
+	rm -rf .venv demo fuzz site jupyter_execute
