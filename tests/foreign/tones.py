@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stribeck.space import Array
+from .clock import Array
 
 TRUTH = {"F_C": 20.0, "F_V": 214.0, "M": 85.0}
 TONES = (0.31, 0.83, 1.7, 3.1, 4.7, 7.3)
