@@ -3,7 +3,7 @@
 import { OWN, address, ask, change, get, rigNamed, session, settle } from "./api.js";
 import { composer } from "./composer.js";
 import { composition } from "./composition.js";
-import { button, fill, h, number, onward, printed, t, table, term } from "./dom.js";
+import { button, fill, h, number, onward, patch, printed, t, table, term } from "./dom.js";
 import { driveForm } from "./drive.js";
 import { rigTitle } from "./logs.js";
 import { attempt, go } from "./main.js";
@@ -26,6 +26,7 @@ export function axisStep() {
   let suggestion = null;
   let known = {}; // constants that the log states itself
   let key = null;
+  let order = null; // the rigs, what the log suggests first: cards do not move under a pointer
 
   async function suggest(state) {
     const now = JSON.stringify([state.choices.logs, state.choices.columns, state.choices.rig]);
@@ -37,6 +38,7 @@ export function axisStep() {
       suggestion = { rig: overview.rig, reason: overview.rig_reason };
       stated = overview.stated;
     } catch (error) { suggestion = { rig: "", reason: error.message }; }
+    arrange();
     if (key !== now) return;
     known = stated;
     drawRigs(session.state);
@@ -52,20 +54,30 @@ export function axisStep() {
     h("input", { type: "radio", name: "rig", value: name, checked: state.choices.rig === name, onchange: () => choose(name) }),
     h("span", {}, h("strong", {}, title), chip && " ", chip && h("span", { class: "chip identified" }, chip), h("br"), doc));
 
+  function suggested() {
+    if (!suggestion) return t("look.reading");
+    const { rig, reason } = suggestion;
+    return rig ? t("axis.suggested", { rig: rigTitle(rig), reason: term(`reason.${reason}`, reason) }) : t("axis.none", { reason });
+  }
+
+  function arrange() {
+    if (order) return;
+    const all = Object.keys(session.catalogue.rigs);
+    order = all.sort((a, b) => (b === suggestion?.rig) - (a === suggestion?.rig));
+    drawRigs(session.state);
+  }
+
   function drawRigs(state) {
-    const all = Object.entries(session.catalogue.rigs);
-    all.sort(([a], [b]) => (b === suggestion?.rig) - (a === suggestion?.rig));
-    const focused = rigs.contains(document.activeElement) ? document.activeElement : null;
-    fill(rigs, h("fieldset", { class: "cards" }, h("legend", {}, t("axis.rig")),
-      suggestion && h("p", { class: "note" }, suggestion.rig ? t("axis.suggested", { rig: rigTitle(suggestion.rig), reason: term(`reason.${suggestion.reason}`, suggestion.reason) }) : t("axis.none", { reason: suggestion.reason })),
-      h("div", { class: "grid" }, all.map(([name, rig]) => option(state, name, rigTitle(name), term(`rig.${name}.doc`, rig.doc), name === suggestion?.rig && t("axis.fits"))),
+    if (!order) return;
+    patch(rigs, h("fieldset", { class: "cards" }, h("legend", {}, t("axis.rig")),
+      h("p", { class: "note", role: "status" }, suggested()),
+      h("div", { class: "grid" }, order.map((name) => option(state, name, rigTitle(name), term(`rig.${name}.doc`, rigNamed(name).doc), name === suggestion?.rig && t("axis.fits"))),
         option(state, OWN, state.choices.axis.name || t("axis.own"), t("axis.own.doc")))),
     h("div", { class: "field" }, h("label", { for: "rig-file" }, t("axis.file")),
       h("input", { type: "file", id: "rig-file", accept: ".toml", onchange: (event) => attempt(async () => {
         const [file] = event.target.files;
         if (file) settle(await ask("POST", address(`/rig?name=${encodeURIComponent(file.name)}`), file));
       }) }), h("p", { class: "note" }, t("axis.file.hint"))));
-    if (focused) (focused.id ? document.getElementById(focused.id) : rigs.querySelector(`input[value="${focused.value}"]`))?.focus();
   }
 
   function isAmber(state, name, constant) {
@@ -95,7 +107,7 @@ export function axisStep() {
     const rows = Object.entries(rig.constants).filter(([name]) => !parts.includes(name)).map(([name, constant]) => {
       const stated = state.choices.constants[name];
       const amber = isAmber(state, name, constant);
-      return { class: amber ? "untouched" : null, cells: [
+      return { "data-key": name, class: amber ? "untouched" : null, cells: [
         name,
         name in known ? number(known[name], 6) : h("input", { type: "text", class: "short", value: stated ?? "", placeholder: number(constant.value, 6), maxlength: "60", "aria-label": `${name}: ${constant.doc}`,
           onchange: (event) => {
@@ -107,16 +119,14 @@ export function axisStep() {
         name in known ? t("origin.log") : stated ? t("origin.yours") : `${t(`origin.${constant.origin}`)}${amber ? ` – ${t("axis.amber")}` : ""}`, stated || name in known ? "" : constant.source,
       ] };
     });
-    const focused = constants.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
-    fill(constants, h("h2", {}, t("axis.constants")), h("p", { class: "note" }, t("axis.constants.hint")),
+    patch(constants, h("h2", {}, t("axis.constants")), h("p", { class: "note" }, t("axis.constants.hint")),
       table(t("axis.constants"), [t("axis.constant"), t("value"), t("tolerance"), t("unit"), t("meaning"), t("origin"), t("source")], rows),
       h("label", { class: "check" }, h("input", { type: "checkbox", checked: state.choices.exact, onchange: (event) => attempt(() => change({ exact: event.target.checked })) }), t("axis.exact")));
-    if (focused) [...constants.querySelectorAll("input")].find((each) => each.getAttribute("aria-label") === focused)?.focus();
   }
 
   function drawNext(state) {
     const { lock } = state.steps.find(({ name }) => name === "fit");
-    fill(next, button("next.fit", () => go("fit"), { class: "main", id: "next", disabled: Boolean(lock) }), " ",
+    patch(next, button("next.fit", () => go("fit"), { class: "main", id: "next", disabled: Boolean(lock) }), " ",
       lock && h("span", { class: "note" }, [t(lock), lacking(state)].filter(Boolean).join(": ")));
   }
 
@@ -132,5 +142,6 @@ export function axisStep() {
   }
 
   update(session.state);
-  return { element, update };
+  const patience = setTimeout(arrange, 300); // ms for a log that takes long to judge
+  return { element, update, end: () => clearTimeout(patience) };
 }

@@ -1,7 +1,7 @@
 // An axis by questions: which parts it has, and what is known of each of their coefficients.
 
 import { OWN, change, rigNamed, session } from "./api.js";
-import { field, fill, h, menu, t, table } from "./dom.js";
+import { field, fill, h, menu, patch, t, table } from "./dom.js";
 import { attempt } from "./main.js";
 
 const ONE = ["controller", "motor", "transmission"];
@@ -64,7 +64,7 @@ export function composer(place) {
   function coefficients(axis) {
     const rows = [...ONE, ...SEVERAL].flatMap((role) => Object.entries(axis[role] ?? {}).flatMap(([name, stated]) => {
       const part = session.catalogue.parts.find((each) => each.role === role && each.name === name);
-      return (part?.coefficients ?? []).map((c) => ({ cells: [
+      return (part?.coefficients ?? []).map((c) => ({ "data-key": `${role} ${name} ${c.name}`, cells: [
         `${name}: ${c.name}`,
         h("input", { type: "text", class: "short", id: `part-${role}-${name}-${c.name}`, value: written(stated[c.name]), maxlength: "120", placeholder: c.idle ?? c.range, "aria-label": `${role} ${name}: ${c.name}`,
           onchange: (event) => {
@@ -91,15 +91,13 @@ export function composer(place) {
     const { axis, rig } = now.choices;
     if (rig !== OWN) { fill(place); return; }
     if (axis.kind) { fill(place, h("p", { class: "note" }, t("axis.variant", { kind: axis.kind, doc: rigNamed(rig)?.doc ?? "" }))); return; }
-    const focused = place.contains(document.activeElement) ? document.activeElement.id : "";
     const rotary = axis.rotary === true;
     const whole = { ...axis, rotary };
-    fill(place, h("h2", {}, t("ask.title")), h("div", { class: "fields" },
+    patch(place, h("h2", {}, t("ask.title")), h("div", { class: "fields" },
       field("ask.name", h("input", { type: "text", id: "ask-name", value: axis.name ?? "", maxlength: "60", placeholder: "axis", onchange: (event) => put({ name: event.target.value.trim() || undefined }) })),
       field("ask.motion", menu([["", t("ask.linear")], ["rotary", t("ask.rotary")]], rotary ? "rotary" : "", (value) => put((was) => turned(was, value === "rotary")), { id: "ask-motion" })),
       ONE.map((role) => choice(role, whole)),
       "compliant" in (axis.transmission ?? {}) && field("ask.friction", menu(["load", "motor", "both"].map((side) => [side, t(`side.${side}`)]), axis.friction?.side ?? "load", (side) => put({ friction: { side } }), { id: "ask-friction" }))),
     SEVERAL.map((role) => several(role, whole)), coefficients(whole));
-    if (focused) document.getElementById(focused)?.focus();
   };
 }

@@ -21,7 +21,7 @@ export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (value === null || value === undefined || value === false) continue;
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    if (name.startsWith("on")) hear(element, name.slice(2), value);
     else if (name === "value" || name === "checked" || name === "selected") element[name] = value;
     else element.setAttribute(name, value === true ? "" : value);
   }
@@ -29,10 +29,56 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
-const shown = (children) => children.flat(4).filter((child) => child !== null && child !== undefined && child !== false && child !== "");
+// One listener an event, whose function can be another later.
+function hear(element, name, listener) {
+  element.heard ??= {};
+  if (!(name in element.heard)) element.addEventListener(name, (event) => element.heard[name]?.(event));
+  element.heard[name] = listener;
+}
 
-// Other children for an element; what is null, false or empty is none.
+// What is null, false or empty is not shown, and keeps its place among its siblings.
+const shown = (children) => children.flat(4).map((child) => (child === null || child === undefined || child === false || child === "" ? document.createComment("") : child));
+
+// Other children for an element.
 export const fill = (element, ...children) => element.replaceChildren(...shown(children));
+
+// As `fill`, and what is alike stays the element that it was: a press that began before it is a click yet,
+// a focus, a text half typed and an open choice of files go on. For elements that nobody else holds;
+// `data-key` tells members of a list apart.
+export const patch = (element, ...children) => merge(element, h("div", {}, ...children));
+
+const keyOf = (node) => node.dataset?.key ?? "";
+const alike = (one, other) => one.nodeName === other.nodeName && one.type === other.type && keyOf(one) === keyOf(other);
+
+function merge(element, fresh) {
+  let next = element.firstChild;
+  for (const child of [...fresh.childNodes]) {
+    let match = next;
+    if (keyOf(child)) while (match && !alike(match, child)) match = match.nextSibling;
+    if (!match || !alike(match, child)) { element.insertBefore(child, next); continue; }
+    for (; next !== match; next = removed(next));
+    next = match.nextSibling;
+    if (match.nodeType === Node.ELEMENT_NODE) assign(match, child);
+    else if (match.data !== child.data) match.data = child.data;
+  }
+  while (next) next = removed(next);
+}
+
+function removed(node) {
+  const next = node.nextSibling;
+  node.remove();
+  return next;
+}
+
+function assign(element, fresh) {
+  for (const { name } of [...element.attributes]) if (!fresh.hasAttribute(name) && name !== "open") element.removeAttribute(name);
+  for (const { name, value } of fresh.attributes) if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+  for (const name of Object.keys(element.heard ?? {})) element.heard[name] = null;
+  for (const [name, listener] of Object.entries(fresh.heard ?? {})) hear(element, name, listener);
+  merge(element, fresh);
+  if (element.type === "checkbox" || element.type === "radio") element.checked = fresh.checked;
+  else if (element.matches("select") || (element.matches("input:not([type=file])") && element !== document.activeElement)) element.value = fresh.value;
+}
 
 // A button with words.
 export const button = (key, onclick, attributes = {}) =>
@@ -45,7 +91,7 @@ export function field(key, control, hint = "") {
   const id = control.id || `control-${++count}`;
   control.id = id;
   if (hint) control.setAttribute("aria-describedby", `${id}-hint`);
-  return h("div", { class: "field" }, h("label", { for: id }, t(key)), control,
+  return h("div", { class: "field", "data-key": key }, h("label", { for: id }, t(key)), control,
     hint && h("p", { class: "note", id: `${id}-hint` }, hint));
 }
 

@@ -1,7 +1,7 @@
 // What a drive recorded, and how it becomes the force of the axis: asked number by number.
 
 import { change, session } from "./api.js";
-import { field, fill, h, menu, t, term } from "./dom.js";
+import { field, h, menu, patch, t, term } from "./dom.js";
 import { attempt } from "./main.js";
 
 const WORDS = new Set(["convention", "signal", "side", "motion", "reversed"]);
@@ -45,11 +45,8 @@ export function driveForm(place) {
     const usual = ["kt", "gear", "lead", "counts_per_turn"].filter((name) => !first.includes(name));
     const rest = known.filter((name) => !first.includes(name) && !usual.includes(name) && (chain[name] || ["efficiency", "efficiency_backward", "rotor_inertia", "mass"].includes(name)));
     const examples = convention?.examples ?? {};
-    const focused = place.contains(document.activeElement) ? document.activeElement.id : "";
     const begun = Object.keys(chain).length > 0;
-    const opened = place.querySelector("details")?.open;
-    const opened2 = place.querySelector("details details")?.open;
-    fill(place, h("details", { open: opened || open || null, class: "drive" }, h("summary", {}, t("axis.drive")),
+    patch(place, h("details", { open, class: "drive" }, h("summary", {}, t("axis.drive")),
       h("p", { class: "note" }, t("axis.drive.hint")),
       h("div", { class: "fields" },
         field("axis.convention", menu([["", t("axis.no_convention")], ...session.catalogue.drives.map(({ name, drives, object }) => [name, `${drives}: ${object}`])], chain.convention ?? "",
@@ -57,14 +54,13 @@ export function driveForm(place) {
         !convention && field("axis.signal", menu([["", "–"], ...[...new Set([...SIGNALS, chain.signal ?? SIGNALS[0]])].map((signal) => [signal, term(`signal.${signal}`, signal)])], chain.signal ?? "",
           (value) => put("signal", value), { id: "drive-signal" }), t("axis.signal.hint")),
         (begun ? [...first, ...usual] : []).map((name) => number(name, chain, examples, first.includes(name)))),
-      begun && h("details", { open: opened2 || null }, h("summary", {}, t("axis.drive.more")), h("div", { class: "fields" },
+      begun && h("details", {}, h("summary", {}, t("axis.drive.more")), h("div", { class: "fields" },
         rest.map((name) => number(name, chain, examples)),
         field("drive.side", menu([["", t("drive.axis")], ["motor", t("drive.motor")]], chain.side ?? "", (value) => put("side", value), { id: "drive-side" }), t("drive.side.hint")),
         field("drive.motion", menu([["", t("drive.axis")], ["motor", t("drive.motor")]], chain.motion ?? "", (value) => put("motion", value), { id: "drive-motion" }), t("drive.motion.hint")),
         h("label", { class: "check" }, h("input", { type: "checkbox", id: "drive-reversed", checked: chain.reversed === true, onchange: (event) => put("reversed", event.target.checked) }), t("drive.reversed")))),
       begun && chainText(chain, convention),
       begun && h("p", { class: state.drive.error ? "state warn" : "note", role: "status" }, state.drive.error ? refusal(state.drive.error) : state.drive.sentence)));
-    if (focused) document.getElementById(focused)?.focus();
   };
 }
 

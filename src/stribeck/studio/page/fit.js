@@ -1,7 +1,7 @@
 // Step 4: ranges dragged on the plot, law and method, and the search as it goes.
 
 import { change, fitNumber, get, post, rigNamed, session } from "./api.js";
-import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
+import { button, field, fill, h, menu, number, patch, row, t, table } from "./dom.js";
 import { pointed, rigTitle } from "./logs.js";
 import { Lines, judge, panels, rangeTools, unjudged } from "./look.js";
 import { attempt, go } from "./main.js";
@@ -67,7 +67,7 @@ export function fitStep() {
 
   function drawRanges(state) {
     lines?.plots.forEach((each) => each.plot.redraw());
-    fill(ranges, h("div", { class: "fields" }, ["train", "holdout"].map((name) => field(`fit.${name}`, h("input", {
+    patch(ranges, h("div", { class: "fields" }, ["train", "holdout"].map((name) => field(`fit.${name}`, h("input", {
       type: "text", id: `fit-${name}`, value: state.choices[name].join("; "), placeholder: name === "train" ? t("fit.everything") : t("fit.nothing"),
       onchange: (event) => {
         const stretches = pointed(event.target.value).split(/[;,]/).map((part) => part.trim()).filter(Boolean);
@@ -82,7 +82,7 @@ export function fitStep() {
     if (!lines) return;
     const [first, last] = lines.overview.span;
     const late = [...state.choices.train, ...state.choices.holdout].filter((text) => Number(TIMES.exec(text.replaceAll(" ", ""))?.[1] ?? 0) >= last - first);
-    fill(beyond, ...late.map((range) => h("p", { class: "state warn" }, t("fit.beyond", { range, seconds: number(last - first, 4) }))));
+    patch(beyond, ...late.map((range) => h("p", { class: "state warn" }, t("fit.beyond", { range, seconds: number(last - first, 4) }))));
   }
 
   function drawForm(state) {
@@ -95,11 +95,10 @@ export function fitStep() {
       attempt(() => change({ [name]: numeric ? (text ? Number(text) : null) : text }));
     };
     const law = choices.law || rig?.laws[0];
-    const open = form.querySelector("details")?.open;
-    fill(form, h("div", { class: "fields" },
+    patch(form, h("div", { class: "fields" },
       field("fit.law", menu([["", `${t("default")}: ${rig?.laws[0]}`], ...laws.map((name) => [name, name])], choices.law, (value) => attempt(() => change({ law: value })), { id: "fit-law" }), session.catalogue.laws[law]?.doc ?? ""),
       h("label", { class: "check" }, h("input", { type: "checkbox", checked: choices.directional, onchange: (event) => attempt(() => change({ directional: event.target.checked })) }), t("fit.directional"))),
-    h("details", { open: open || null }, h("summary", { id: "fit-more" }, t("fit.more")), h("div", { class: "fields" },
+    h("details", {}, h("summary", { id: "fit-more" }, t("fit.more")), h("div", { class: "fields" },
       searched && field("fit.method", menu([["", `${t("default")}: mbts`], ...Object.keys(session.catalogue.methods).map((name) => [name, name])], choices.method, (value) => attempt(() => change({ method: value })))),
       searched && field("fit.seed", h("input", { type: "number", min: "0", step: "1", value: choices.seed ?? "", placeholder: "0", onchange: put("seed", true) })),
       searched && field("fit.repeats", h("input", { type: "number", id: "fit-repeats", min: "1", step: "1", value: choices.repeats ?? "", placeholder: "3", onchange: put("repeats", true) })),
@@ -114,7 +113,7 @@ export function fitStep() {
       await post("/jobs", { kind: "identify" });
       jobs.querySelector(".job")?.scrollIntoView({ block: "center" }); // what was asked for is below the fold
     }), { class: "main", id: "run" }), " ",
-      h("span", { class: "note", role: "status", id: "duration" })));
+      h("span", { class: "note", role: "status", id: "duration" }, duration(state, rig))));
   }
 
   // How long a search may take: measured by a worker, for the choices as they are.
@@ -150,19 +149,9 @@ export function fitStep() {
 
   function update(state) {
     drawPlot(state);
-    if (!ranges.contains(document.activeElement)) drawRanges(state);
+    drawRanges(state);
     drawBeyond(state);
-    if (!form.contains(document.activeElement) || document.activeElement.matches("select, button, [type=checkbox]")) {
-      const id = document.activeElement?.id;
-      const inside = form.contains(document.activeElement);
-      const stamp = JSON.stringify([state.choices, state.jobs.map((job) => job.state)]);
-      if (form.dataset.stamp !== stamp) {
-        form.dataset.stamp = stamp;
-        drawForm(state);
-        if (inside && id) document.getElementById(id)?.focus();
-      }
-    }
-    element.querySelector("#duration").textContent = duration(state, rigNamed(state.choices.rig));
+    drawForm(state);
     drawJobs(state);
     askEstimate(state);
   }
@@ -212,7 +201,7 @@ function jobView(first) {
       fill(picture, drawn, h("div"));
     }
     drawn.plot?.setData([data.t, data.measured, data.model]);
-    fill(picture.lastElementChild, table(t("fit.repeats"), [t("fit.repeat"), t("fit.evaluations"), t("fit.error", { unit: data.unit }), t("fit.ended")],
+    patch(picture.lastElementChild, table(t("fit.repeats"), [t("fit.repeat"), t("fit.evaluations"), t("fit.error", { unit: data.unit }), t("fit.ended")],
       repeats.map((r, k) => row(String(k + 1), r.evaluations, number(r.best), r.ended))));
   }
 

@@ -1,7 +1,7 @@
 // Step 1: logs, and which column is which channel.
 
 import { address, ask, change, get, post, session, settle } from "./api.js";
-import { button, field, fill, h, menu, number, onward, row, t, table, term } from "./dom.js";
+import { button, field, fill, h, menu, number, onward, patch, row, t, table, term } from "./dom.js";
 import { driveForm } from "./drive.js";
 import { attempt, go, tell } from "./main.js";
 
@@ -98,9 +98,7 @@ export function logsStep() {
       return;
     }
     if (key !== now) return;
-    const focused = channels.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
-    fill(channels, ...contentsView(contents, session.state));
-    if (focused) [...channels.querySelectorAll("[aria-label]")].find((each) => each.getAttribute("aria-label") === focused)?.focus();
+    patch(channels, ...contentsView(contents, session.state));
     // Where a column is a share, a current or counts, the drive is what is missing to read it.
     if (contents.lacking.includes("[drive]") || Object.keys(session.state.choices.drive).length) drawDrive(session.state, true);
     else fill(drive);
@@ -166,13 +164,13 @@ export function logsStep() {
   }
 
   function contentsView(contents, state) {
-    const rows = contents.channels.map((channel) => row(
+    const rows = contents.channels.map((channel) => ({ "data-key": channel.name, ...row(
       channel.name,
       unitControl(channel, state),
       number(channel.count, 9), channel.rate ? `${number(channel.rate)} Hz` : "–",
       menu([["", byName(channel, contents, state)], ...CHANNELS.map((c) => [c, t(`channel.${c}`)])], chosenFor(channel, state).name || channel.taken,
         (value) => attempt(() => take(channel, value, chosenFor(channel, state).unit)), { "aria-label": `${channel.name}: ${t("logs.taken")}` }),
-      reason(channel, contents, state)));
+      reason(channel, contents, state)) }));
     return [
       h("h2", {}, contents.file), h("p", {}, t("logs.format", { format: contents.format })),
       contents.lacking ? lacking(contents, state) : readAs(contents, state),
@@ -182,7 +180,7 @@ export function logsStep() {
       Object.entries(UNITS).map(([name, units]) => h("datalist", { id: `units-${name}` }, units.map((unit) => h("option", { value: unit })))),
       contents.mapped && !contents.kept && h("p", {}, button("logs.keep", keep, { id: "keep-map" }), " ", h("span", { class: "note" }, t("logs.keep.hint"))),
       words(state),
-    ].flat().filter(Boolean);
+    ];
   }
 
   // What becomes of a column that nobody chooses: what its name and unit say, once the log can be read.
@@ -228,16 +226,16 @@ export function logsStep() {
 
   function update(state) {
     selected = Math.min(selected, Math.max(state.logs.length - 1, 0));
-    fill(list, ...(state.logs.length ? [table(t("logs.title"), [t("logs.file"), t("logs.size"), t("logs.window"), ""],
-      state.logs.map((log, k) => row(
+    patch(list, ...(state.logs.length ? [table(t("logs.title"), [t("logs.file"), t("logs.size"), t("logs.window"), ""],
+      state.logs.map((log, k) => ({ "data-key": log.id, ...row(
         h("button", { type: "button", class: "link", "aria-pressed": String(k === selected), onclick: () => { selected = k; update(session.state); } }, log.name),
         `${number(log.size / 1e6, 3)} MB`,
         h("input", { type: "text", class: "short", placeholder: t("logs.window.hint"), value: state.choices.logs[k].window, "aria-label": `${log.name}: ${t("logs.window")}`,
           onchange: (event) => attempt(() => change(({ logs }) => ({ logs: logs.map((each, i) => (i === k ? { ...each, window: pointed(event.target.value.trim()) } : each)) }))) }),
         button("remove", () => attempt(() => change(({ logs }) => ({ logs: logs.filter((_, i) => i !== k) }))), { "aria-label": `${t("remove")}: ${log.name}` }),
-      )))] : []));
+      ) })))] : []));
     const open = state.steps.find(({ name }) => name === "look");
-    fill(next, open.lock ? "" : button("next.look", () => go("look"), { class: "main", id: "next" }));
+    patch(next, open.lock ? "" : button("next.look", () => go("look"), { class: "main", id: "next" }));
     showChannels(state);
   }
 

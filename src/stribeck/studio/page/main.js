@@ -1,7 +1,7 @@
 // The page: its head, its steps, and the step that its address names.
 
 import { ask, called, follow, listen, post, session, settle } from "./api.js";
-import { button, fill, h, menu, speak, t } from "./dom.js";
+import { button, fill, h, menu, patch, speak, t } from "./dom.js";
 import { axisStep } from "./axis.js";
 import { fitStep } from "./fit.js";
 import { dropZone, logsStep, upload } from "./logs.js";
@@ -54,7 +54,7 @@ function isDark() {
 
 function drawHead() {
   const state = session.state;
-  fill(place("head"), h("div", { class: "bar" },
+  patch(place("head"), h("div", { class: "bar" },
     h("a", { href: "/", class: "home" }, "stribeck studio"),
     h("span", { class: "session" }, state ? called(state) || t("session.unnamed") : ""),
     h("div", { class: "tools" },
@@ -79,7 +79,7 @@ function drawHead() {
 function drawSteps() {
   const state = session.state;
   place("steps").setAttribute("aria-label", t("steps"));
-  fill(place("steps"), state ? h("ol", {}, state.steps.map(({ name, lock, detail }, k) => {
+  patch(place("steps"), state ? h("ol", {}, state.steps.map(({ name, lock, detail }, k) => {
     const words = `${k + 1} ${t(`step.${name}`)}`;
     if (lock) {
       const reason = `${t(lock)}${detail ? `: ${detail}` : ""}`;

@@ -1,7 +1,7 @@
 // Step 6: exports with what they lose, the compensation check, and the commands that do the same.
 
 import { address, ask, change, fitNumber, get, post, session } from "./api.js";
-import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
+import { button, field, fill, h, menu, number, patch, row, t, table } from "./dom.js";
 import { rigTitle } from "./logs.js";
 import { attempt, go, tell } from "./main.js";
 
@@ -25,7 +25,7 @@ export function outStep() {
   function drawForm() {
     const put = (name) => (event) => { options = { ...options, [name]: event.target.value.trim() }; show(); };
     const chosen = target();
-    fill(form, h("div", { class: "fields" },
+    patch(form, h("div", { class: "fields" },
       field("out.fit", menu(fits(session.state).map((job) => [String(job.id), `${fitNumber(job.id)}: ${job.law} · ${rigTitle(job.rig)}`]), String(fit), (value) => { fit = Number(value); show(); })),
       field("out.target", menu(session.catalogue.targets.map(({ name, doc }) => [name, `${name}: ${doc}`]), options.to, (value) => {
         options = { to: value };
@@ -81,9 +81,9 @@ export function outStep() {
     const stamp = JSON.stringify(jobs.map((job) => [job.id, job.state, job.progress.task, job.message]));
     if (check.dataset.stamp === stamp) return;
     check.dataset.stamp = stamp;
-    fill(check, h("h2", {}, t("out.compensation")), h("p", {}, t("out.compensation.lead")),
+    patch(check, h("h2", {}, t("out.compensation")), h("p", {}, t("out.compensation.lead")),
       h("p", {}, button("out.check", () => attempt(() => post("/jobs", { kind: "compensate", parent: fit })))),
-      ...jobs.map((job) => h("article", { class: "job" },
+      ...jobs.map((job) => h("article", { class: "job", "data-key": job.id },
         h("h3", {}, [t("fit.one", { number: fitNumber(job.parent) }), t(`state.${job.state}`), job.state === "running" ? job.progress.task ?? "" : "", job.message].filter(Boolean).join("; ")),
         (job.state === "running" || job.state === "waiting") && button("cancel", () => attempt(() => post(`/jobs/${job.id}/cancel`))),
         job.state === "done" && [h("img", { src: address(`/jobs/${job.id}/files/compensation.png`), alt: t("out.compensation.alt"), class: "wide" }),

@@ -1,7 +1,7 @@
 // Step 5: what is known of the axis; fits side by side; which law, and what to record next.
 
 import { address, change, fitNumber, get, post, rigNamed, session } from "./api.js";
-import { button, field, fill, h, number, onward, printed, row, t, table, term } from "./dom.js";
+import { button, field, fill, h, number, onward, patch, printed, row, t, table, term } from "./dom.js";
 import { rigTitle } from "./logs.js";
 import { attempt, go } from "./main.js";
 import { curvePlot, figure, joined, pointsTable, timePlot } from "./plot.js";
@@ -39,7 +39,7 @@ export function verdictStep() {
   };
 
   function draw() {
-    fill(chooser, h("fieldset", { class: "pick" }, h("legend", {}, t("verdict.fits")), all.map((fit) => h("label", { class: "check" },
+    patch(chooser, h("fieldset", { class: "pick" }, h("legend", {}, t("verdict.fits")), all.map((fit) => h("label", { class: "check" },
       h("input", { type: "checkbox", checked: shown().includes(fit), onchange: (event) => {
         const ids = shown().map(({ job }) => job);
         wanted = event.target.checked ? [...ids, fit.job] : ids.filter((id) => id !== fit.job);
