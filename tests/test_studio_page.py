@@ -193,6 +193,48 @@ def test_two_windows_show_the_same(chromium: Any, tmp_path: Path, log: Path) -> 
         other.is_silent()
 
 
+def test_what_was_begun_before_a_redraw_goes_on_behind_it(
+    chromium: Any, tmp_path: Path, log: Path
+) -> None:
+    """A press, a text half typed and an open choice of files, while another window has its say."""
+    file = tmp_path / "rig.toml"
+    file.write_text('kind = "forced"\n')
+    exact = "#main .check input"
+    with studio(tmp_path / "home", log) as opened, window(chromium, opened) as w:
+        w.open(opened.address)
+        other = Window(w.page.context, opened)
+        other.open(w.page.url.replace("/logs", "/axis"))
+        w.open(other.page.url)
+        other.page.click("input[value='slide-bed']")
+        w.page.wait_for_selector("input[value='slide-bed']:checked")
+
+        w.page.hover("input[value='forced']")
+        w.page.mouse.down()
+        other.page.click(exact)
+        w.page.wait_for_selector(f"{exact}:checked")
+        w.page.mouse.up()
+        other.page.wait_for_selector("input[value='forced']:checked")
+        other.page.click("text=Undo")
+        w.page.wait_for_selector("input[value='slide-bed']:checked")
+
+        w.page.click("#main input.short >> nth=0")
+        w.page.keyboard.type("12")
+        other.page.click(exact)
+        w.page.wait_for_selector(f"{exact}:not(:checked)")
+        w.page.keyboard.type("3")
+        assert w.page.input_value("#main input.short >> nth=0") == "123"
+
+        with w.page.expect_file_chooser() as chosen:
+            w.page.click("#rig-file")
+        other.until("document.querySelector('#main input.short').value === '123'")
+        other.page.click(exact)
+        w.page.wait_for_selector(f"{exact}:checked")
+        chosen.value.set_files(str(file))
+        other.page.wait_for_selector("input[value='axis.toml']:checked")
+        w.is_silent()
+        other.is_silent()
+
+
 def test_a_page_goes_on_after_its_studio_was_killed(
     chromium: Any, tmp_path: Path, log: Path
 ) -> None:

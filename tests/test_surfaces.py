@@ -395,6 +395,9 @@ def test_the_same_seed_is_the_same_twin_and_others_differ() -> None:
     assert SURFACES["RF"] is surface("RF") is surface("RF", 2)
     places = [surface("RF", 2, seed).optima[0] / 2.0 for seed in range(20)]
     assert len(np.unique(np.round(places, 6), axis=0)) == 20
+    for seed in range(300):  # more than are kept
+        surface("RF", 1, seed)
+    assert SURFACES["RF"] is surface("RF")
 
 
 def test_another_process_has_the_same_twin_bit_for_bit() -> None:

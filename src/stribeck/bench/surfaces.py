@@ -10,7 +10,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, reduce
+from functools import cache, lru_cache, reduce
 from itertools import islice, product
 from typing import Any
 
@@ -67,7 +67,7 @@ class Surface:
 
 
 def surface(name: str, dim: int | None = None, twin: int | None = None) -> Surface:
-    """A surface of Table 1, or a twin of it. Asked for again, it is the same object.
+    """A surface of Table 1, always the same object, or a twin of it, of which the last 256 are kept.
 
     RF, SchF and ShuF extend to any number of variables; BF and SF are of two by definition.
     J_min is Table 1's, but for ShuF, whose least value hangs on the dimension: there it is as
@@ -90,17 +90,21 @@ def surface(name: str, dim: int | None = None, twin: int | None = None) -> Surfa
         raise InputError(f"{name} is a function of 2 variables, not of {dim}")
     if twin is not None and (not _whole(twin) or twin < 0):
         raise InputError(f"{name}: twin is a seed, a whole number from 0, got {twin!r}")
-    return _made(name, dim, twin)
+    return _declared(name, dim) if twin is None else _moved(name, dim, twin)
 
 
 def _whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
+@cache
+def _declared(name: str, dim: int) -> Surface:
+    return _FAMILIES[name](dim)
+
+
 @lru_cache(maxsize=256)
-def _made(name: str, dim: int, twin: int | None) -> Surface:
-    surface = _FAMILIES[name](dim)
-    return surface if twin is None else _twin(surface, twin)
+def _moved(name: str, dim: int, twin: int) -> Surface:
+    return _twin(_declared(name, dim), twin)
 
 
 # ---- Table 1 -----------------------------------------------------------------------------------
