@@ -67,7 +67,7 @@ class Surface:
 
 
 def surface(name: str, dim: int | None = None, twin: int | None = None) -> Surface:
-    """A surface of Table 1, always the same object, or a twin of it, of which the last 256 are kept.
+    """A surface of Table 1, always the same object, or a twin of it; the last 256 twins are kept.
 
     RF, SchF and ShuF extend to any number of variables; BF and SF are of two by definition.
     J_min is Table 1's, but for ShuF, whose least value hangs on the dimension: there it is as
