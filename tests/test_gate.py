@@ -205,6 +205,27 @@ def test_an_angle_that_wraps_once_is_unwrapped_with_its_command() -> None:
         assert_allclose(channel, truth, atol=1e-9)
 
 
+@pytest.mark.parametrize("peak", [100.0, 250.0, 600.0, 1200.0])
+def test_a_motor_that_turns_fast_is_unwrapped(peak: float) -> None:
+    """Its wraps are too many to stand apart: one each six samples of the fastest, at 1 kHz."""
+    t: Array = 1e-3 * np.arange(8000, dtype=float)
+    noise = 1e-3 * np.random.default_rng(2).normal(size=len(t))
+    truth = peak / np.pi * (1.0 - np.cos(np.pi * t)) + noise
+    table = sensors.quantised({"t": t, "position": truth}, "position", 2 * np.pi / 4096)
+    table = sensors.wrapped(table, "position", 0.0, 2 * np.pi)
+    kept = mended(Recording(t, table["position"], rotary=True))
+    assert "unwrapped" in kept.notes[-1]
+    assert_allclose(kept.position - kept.position[0], truth - truth[0], atol=0.01)
+
+
+def test_an_angle_that_steps_to_and_fro_by_nearly_a_turn_stays() -> None:
+    t: Array = 0.1 * np.arange(400, dtype=float)
+    angle: Array = 3.13 * np.where(np.arange(400) % 8 < 4, -1.0, 1.0)
+    kept = mended(Recording(t, angle, rotary=True))
+    assert_allclose(kept.position, angle)
+    assert not any("unwrapped" in note for note in kept.notes)
+
+
 @pytest.mark.parametrize("axis", MAKERS)
 @pytest.mark.parametrize("channel", ["position", "force"])
 def test_wild_samples_are_replaced(axis: str, channel: str, tables: dict[str, Table]) -> None:

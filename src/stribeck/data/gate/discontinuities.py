@@ -12,15 +12,13 @@ from ...space import Array
 from ..outliers import force_strays
 from ..resolution import step
 from .fault import Fault, Kind, mask, shown_as
-from .leaps import WIDEST, Leaps, leaps
+from .leaps import MOSTLY, WIDEST, Leaps, leaps, turns
 
 if TYPE_CHECKING:
     from ..recording import Recording
 
 #: A leap of an angle is a turn, and leaps are of one modulus, within this share of it.
 ALIKE = 0.02
-#: Share of the leaps that must go against the motion, as wraps do; noise at the edge makes others.
-MOSTLY = 0.6
 #: A log that leaps more often is not cut: nothing says which piece has the origin.
 PIECES = 5
 #: A piece that stands to the command as the log's beginning does is kept where it has at least this
@@ -138,6 +136,9 @@ def without_wraps(recording: Recording) -> tuple[Recording, list[str]]:
     """The log with its position unwrapped, and its command by the same modulus, if certain."""
     found = leaps(recording)
     by = modulus(recording, found)
+    if not by and recording.rotary:
+        found = turns(recording)
+        by = modulus(recording, found)
     if not by:
         return recording, []
     goal = recording.command

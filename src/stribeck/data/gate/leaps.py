@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 DEPARTURE, SPEED = 4.0, 3.0
 #: A leap is larger than this share of the whole travel: a smaller one hardly moves an estimate.
 LEAST = 1e-3
+#: Share of the leaps that must go against the motion, as wraps do; noise at the edge makes others.
+MOSTLY = 0.6
 #: Samples about a leap whose speeds are compared, and the widest stray of an outlier.
 _AROUND, WIDEST = 3, 3
 #: Samples that are worked on at once.
@@ -73,12 +75,31 @@ def _leaps(recording: Recording) -> Leaps:
     fast = np.diff(t)
     np.divide(np.abs(np.diff(x)), np.maximum(fast, 0.5 * recording.dt, out=fast), out=fast)
     speeding = largest(fast, SPEED, most)
-    at = np.union1d(departs, speeding).astype(np.intp)
+    found = _sized(recording, np.union1d(departs, speeding).astype(np.intp), tolerance)
+    kept = ~_is_slip(recording, x, found.at, speeding, tolerance)
+    return Leaps(found.at[kept], found.size[kept], found.speed[kept], tolerance)
+
+
+def _sized(recording: Recording, at: NDArray[np.intp], tolerance: float) -> Leaps:
+    """Those after some samples that are leaps by their size."""
+    t, x = recording.t, recording.position
     dt, around = t[at + 1] - t[at], _speed_around(t, x, at)
     size = x[at + 1] - x[at] - around * dt
     kept = (np.abs(size) > tolerance) & (dt <= GAP * recording.dt)  # what moves in a gap is no leap
-    kept[kept] = ~_is_slip(recording, x, at[kept], speeding, tolerance)
     return Leaps(at[kept], size[kept], around[kept], tolerance)
+
+
+def turns(recording: Recording) -> Leaps:
+    """The steps of an angle by more than half a turn, however many.
+
+    Of an axis that turns fast they are too many to stand apart. None where most do not lead against
+    a motion that is seen: an axis that steps to and fro has such steps, too.
+    """
+    at = np.flatnonzero(np.abs(np.diff(recording.position)) > np.pi)
+    found = _sized(recording, at, leaps(recording).tolerance)
+    against = np.sign(found.size) * found.speed * recording.dt < -found.tolerance
+    some = len(against) > 0 and bool(np.mean(against) >= MOSTLY)
+    return found if some else Leaps(at[:0], found.size[:0], found.speed[:0], found.tolerance)
 
 
 def _departures(t: Array, x: Array) -> Array:
