@@ -40,12 +40,16 @@ def summary(answers: Sequence[Answer]) -> dict[str, Any]:
     for a in answers:
         by.setdefault(a["key"], []).append(a)
     usual = {row.axis: _usual(row.axis, by) for row in ROWS}
-    rows = [_judged(row, by[row.key], usual[row.axis]) for row in ROWS if row.key in by]
+    return totals([_judged(row, by[row.key], usual[row.axis]) for row in ROWS if row.key in by])
+
+
+def totals(rows: Sequence[Answer]) -> dict[str, Any]:
+    """Judged rows, the silent lies of them, and the share of clean seeds with a false alarm."""
     clean = [r for r in rows if r["clean"]]
     alarms = sum(len(r["alarms"]) for r in clean)
     seeds = sum(r["seeds"] for r in clean)
     return {
-        "rows": rows,
+        "rows": list(rows),
         "lies": sum(bool(r["lies"]) for r in rows),
         "alarms": alarms,
         "clean": seeds,

@@ -3,6 +3,7 @@
     python benchmarks/run.py --only faults
     python benchmarks/faults.py --page                         and writes docs/faults.md of them
     python benchmarks/faults.py [--only WORDS] [--file FILE]   some rows, or answers of one's own
+    python benchmarks/faults.py --only WORDS --show --keep     rows of whole axes into results.json
 
 Every row and seed that is done is a line of faults.part.jsonl, beside this file: a run that was
 interrupted goes on from there.
@@ -21,9 +22,10 @@ from typing import Any
 import numpy as np
 
 import reproductions
+import run
 from fault_row import Row, axis_of
 from fault_rows import ROWS
-from fault_table import PAGE, cells, page, summary, tables
+from fault_table import PAGE, cells, page, summary, tables, totals
 from foreign_axes import Axis, noisy, recordings
 from resumable import Answer, completed, lines
 from stribeck import RIGS, Fit, identify
@@ -141,6 +143,21 @@ def _report(rows: Sequence[Row], answers: Sequence[Answer]) -> Iterator[str]:
             )
 
 
+def _keep(rows: Sequence[Row], answers: Sequence[Answer]) -> None:
+    """Put the rows of some axes beside those of the others; an axis is judged by all its rows."""
+    axes = {row.axis for row in rows}
+    jobs = {(row.key, k): row.axis for row in ROWS if row.axis in axes for k in range(row.seeds)}
+    done = [a for a in answers if (a["key"], a["seed"]) in jobs]
+    if lacking := {jobs[job] for job in jobs.keys() - {(a["key"], a["seed"]) for a in done}}:
+        raise SystemExit(f"rows or seeds are not done yet: {', '.join(sorted(lacking))}")
+    part = run.read(run.RESULTS)["faults"]
+    judged = iter(summary(done)["rows"])
+    kept = zip(ROWS, part["found"]["rows"], strict=True)
+    part["found"] = totals([next(judged) if row.axis in axes else r for row, r in kept])
+    run.keep(run.RESULTS, "faults", part)
+    run.renew_page()
+
+
 def whole_page(results: dict[str, Any]) -> str:
     """docs/faults.md, with what earlier versions said below the tables."""
     return f"{page(results)}\n{REPRODUCED}\n{reproductions.table().markdown()}"
@@ -154,6 +171,7 @@ def main() -> None:
     ask.add_argument("--seeds", type=int, help="of each row")
     ask.add_argument("--show", action="store_true", help="identify nothing")
     ask.add_argument("--page", action="store_true", help="write docs/faults.md of what is measured")
+    ask.add_argument("--keep", action="store_true", help="put rows into results.json")
     options = ask.parse_args()
     if options.page:
         part = json.loads((FOLDER / "results.json").read_text(encoding="utf-8"))["faults"]
@@ -162,6 +180,8 @@ def main() -> None:
     rows = [r for r in ROWS if re.search(options.only, f"{r.axis}: {r.perturbation}")]
     if not options.show:
         answered(options.file, rows, options.seeds)
+    if options.keep:
+        _keep(rows, lines(options.file))
     print("\n".join(_report(rows, lines(options.file))))
 
 
