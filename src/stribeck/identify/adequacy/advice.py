@@ -31,6 +31,8 @@ _WITH_DROP = {
     "bam-m3": "bam-m4",
     "dahl": "lugre",
 }
+#: Share of a variance from which on it is told in whole percent.
+ROUND = 0.1
 #: What an effect is in words, by variable, kind and pattern.
 _WORDS = {
     ("speed", "force", "square"): "grows with the square of the speed",
@@ -44,6 +46,7 @@ _WORDS = {
     ("position", "friction", "wave"): "is friction that varies along the travel, period {scale}",
     ("position", "friction", ""): "is friction that varies along the travel",
     ("time", "force", "drift"): "drifts",
+    ("time", "force", "tone"): "is a wave in time, period {scale}, that the motion does not have",
     ("time", "force", ""): "changes over the log",
     ("time", "friction", "drift"): "is friction that drifts, as of an axis that warms up",
     ("time", "friction", ""): "is friction that changes over the log",
@@ -64,7 +67,8 @@ def with_effects(
 ) -> tuple[tuple[Estimate, ...], list[Violation]]:
     """Estimates whose intervals hold what an effect would make of them, and what to tell.
 
-    An effect takes "identified" away where such an interval is wider than the word allows.
+    An effect takes "identified" away where such an interval is wider than the word allows. One that
+    moves no parameter is not told, but for a tone: intervals are as wide as they are because of it.
 
     Args:
         parameters: Rig and law.
@@ -74,7 +78,7 @@ def with_effects(
     """
     estimates, violations = tuple(estimates), []
     for effect in effects.effects if effects is not None else ():
-        if not effect.shifts:
+        if not effect.shifts and effect.pattern != "tone":
             continue
         shifts = [_shift(parameters, q, effect) for q in parameters.every]
         estimates = tuple(map(_widened, parameters.every, estimates, shifts))
@@ -83,10 +87,14 @@ def with_effects(
             for q, e, shift in zip(parameters.every, estimates, shifts, strict=True)
             if shift and max(e.high - e.value, e.value - e.low) > IDENTIFIED * abs(e.value)
         )
+        share = f"{100 * effect.share:{'.0f' if effect.share >= ROUND else '.2g'}}"
+        moved = (
+            f"; with that in the model {_changes(parameters, estimates, shifts)}, and the "
+            "intervals contain that"
+        )
         sentence = (
             f"the force that the model leaves over {description(parameters, effect)} "
-            f"({100 * effect.share:.2g} % of its variance); with that in the model "
-            f"{_changes(parameters, estimates, shifts)}, and the intervals contain that: "
+            f"({share} % of its variance){moved if effect.shifts else ''}: "
             f"{advice(parameters, effect, recordings)}"
         )
         violations.append(Violation("model", sentence, wide, caps=bool(wide)))
@@ -115,6 +123,8 @@ def description(parameters: Parameters, effect: Effect) -> str:
     words = _WORDS[effect.variable, effect.kind, effect.pattern]
     if np.isnan(effect.scale):
         return words
+    if effect.variable == "time" and effect.pattern == "tone":
+        return words.format(scale=f"{effect.scale:.3g} s")
     if effect.variable == "time":
         return words.format(scale=f"{effect.scale:.3g} s after its start")
     if effect.variable == "reversal":
@@ -146,6 +156,8 @@ def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recordin
         text = (
             f"a load comes or goes; train on one load ({option('train')}), or log each load apart"
         )
+    elif effect.pattern == "tone":
+        text = "something beside the axis pulls: log with it at rest, or take its force off"
     elif effect.kind == "force":
         text = f"the zero of a channel or a load drifts; train on shorter parts ({option('train')})"
     elif all(log.temperature is not None for log in recordings):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...data.zero_phase import BLOCK
 from ...space import Array
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
-from .patterns import Kind, Pattern, Variable, carrier, patterns, wave_shares
+from .patterns import Kind, Pattern, Variable, carrier, patterns, tone, wave_shares
 from .residual_rows import FEWEST, ROWS, ResidualRows, blocks
 from .reversals import CONCENTRATED, ROWS_BEHIND, behind_reversals, mark_of_reversals
 
@@ -52,8 +52,8 @@ class Effect:
     Args:
         variable: What it goes with.
         kind: Whether it is a force, friction, whose sign is the velocity's, or an inertia's.
-        pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `change`, `load`, `play`;
-            empty for another.
+        pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `change`, `tone`, `load`,
+            `play`; empty for another.
         scale: A period, a speed or a time that shapes it, SI; nan where none does.
         share: Of the residual's variance that it explains.
         probability: That chance explains as much.
@@ -210,6 +210,9 @@ def _candidate(
             known.append(Pattern.wave(rows, look.kind, float(periods[best])))
             # a thousandth by bins is a ten-thousandth by name
             chances.append(CHANCE_NAMED / CHANCE * probability(float(shares[best]), trials))
+    if (look.variable, look.kind) == ("time", "force") and (heard := tone(rows, block, flips)):
+        known.append(heard[0])
+        chances.append(CHANCE_NAMED / CHANCE * heard[1])
     seen = bins.probability <= CHANCE
     named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
     if not (seen or named):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...space import Array
+from .bins import between, bin_of, probability
 from .residual_rows import ResidualRows
 
 Variable = Literal["speed", "position", "time", "acceleration"]
@@ -30,6 +31,10 @@ WAVE_STEP, MOST_WAVES, WAVE_ROWS = 0.5, 60.0, 4.0
 EACH_WAY = 0.02
 #: Rows of which waves are taken at most.
 WAVE_SAMPLES = 6000
+#: Share of a residual that a tone makes up, and of a tone that the motion makes up, if it is none
+#: of its own; periods of it in each log, steps of a period between two that are looked at, and
+#: rows of trials of chance that are worked on at once.
+TONE, PERIODS, TONE_STEP, TRIALS = 0.5, 4.0, 0.25, 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +66,20 @@ class Pattern:
         return cls("wave", partial(_wave, rows, kind, period), period)
 
     @classmethod
+    def tone(cls, rows: ResidualRows, period: float) -> Pattern:
+        """A wave over time, its two phases in each log."""
+        return cls("tone", partial(_tone, rows, period), period)
+
+    @classmethod
     def change(cls, rows: ResidualRows, kind: Kind, at: float) -> Pattern:
         """A change for good some time after the start of a log."""
         return cls("change", lambda: carrier(rows, kind) * (rows.since >= at), at)
 
     def finer(self, rows: ResidualRows, kind: Kind) -> list[Pattern]:
         """The same with the scales between its own and the next ones; itself if it has none."""
+        if self.name == "tone":
+            off = np.linspace(-1.0, 1.0, FINER) / float(rows.since.max())
+            return [self, *(Pattern.tone(rows, 1.0 / (1.0 / self.scale + f)) for f in off.tolist())]
         if self.name != "change":
             return [self]
         before = rows.since < self.scale
@@ -82,6 +95,13 @@ def _wave(rows: ResidualRows, kind: Kind, period: float) -> Array:
     turn = 2 * np.pi * rows.position / period
     columns = np.column_stack([np.cos(turn), np.sin(turn)])
     return np.asarray(columns * carrier(rows, kind)[:, None])
+
+
+def _tone(rows: ResidualRows, period: float) -> Array:
+    turn = 2 * np.pi * rows.since / period
+    _, which = np.unique(rows.log, return_inverse=True)
+    own = which[:, None] == np.arange(which.max() + 1)
+    return np.column_stack([np.cos(turn)[:, None] * own, np.sin(turn)[:, None] * own])
 
 
 def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pattern]:
@@ -171,3 +191,65 @@ def wave_shares(
 
     chance = strength(np.einsum("fb,bm->fm", flips, cells)).max(axis=1)
     return travel / waves, strength(cells.sum(axis=0)), chance
+
+
+def tone(
+    rows: ResidualRows, blocks: NDArray[np.intp], flips: Array
+) -> tuple[Pattern, float] | None:
+    """A tone that makes up most of a residual, with the probability that chance does.
+
+    What pulls beside the axis has a rhythm of its own: a tone that goes with the axis's position
+    and speed is none.
+    """
+    every = -(-len(rows) // WAVE_SAMPLES)
+    r, t, block = rows.residual[::every], rows.since[::every], blocks[::every]
+    _, log, count = np.unique(rows.log[::every], return_inverse=True, return_counts=True)
+    step = np.diff(t)[np.diff(log) == 0]
+    shortest = min(float(np.ptp(t[log == k])) for k in range(len(count)))
+    if not (len(step) and np.median(step) > 0 and shortest > 0):
+        return None
+    interval = float(np.median(step))
+    at = np.rint(t / interval).astype(np.intp)
+    length = 1 << int(np.ceil(np.log2((at.max() + 1) / TONE_STEP)))
+    waves = np.arange(length // 2 + 1)
+    sought = (waves >= PERIODS * length * interval / shortest) & (waves <= length / WAVE_ROWS)
+    if not sought.any():
+        return None
+    weight = np.sqrt(2.0 / (count * (r @ r)))
+
+    def spectrum(chosen: NDArray[np.bool_], k: int) -> NDArray[np.complex128]:
+        """Of some rows of a log, (waves,): its squares are shares of the residual."""
+        values = np.bincount(at[chosen], weight[k] * r[chosen])
+        shown: NDArray[np.complex128] = np.fft.rfft(values, length)[sought]
+        return shown
+
+    shares = sum(np.abs(spectrum(log == k, k)) ** 2 for k in range(len(count)))
+    best = int(np.argmax(shares))
+    share = float(np.asarray(shares)[best])
+    if share < TONE:
+        return None
+    pattern = Pattern.tone(rows, length * interval / float(waves[sought][best]))
+    if _is_of_motion(rows, pattern.columns):
+        return None
+    trials = np.zeros(len(flips))
+    of_log = [np.unique(block[log == k]) for k in range(len(count))]
+    cells = [
+        np.stack([spectrum((block == b) & (log == k), k) for b in own])
+        for k, own in enumerate(of_log)
+    ]
+    for k in range(0, len(flips), TRIALS):
+        some = flips[k : k + TRIALS]
+        strength = sum(np.abs(some[:, b] @ c) ** 2 for b, c in zip(of_log, cells, strict=True))
+        trials[k : k + TRIALS] = np.asarray(strength).max(axis=1)
+    return pattern, probability(share, trials)
+
+
+def _is_of_motion(rows: ResidualRows, columns: Array) -> bool:
+    """Whether where the axis is, or how fast, makes up most of what some columns are."""
+    places = 2 * bin_of(rows.position) + (rows.velocity > 0)
+    speeds = 2 * bin_of(rows.velocity) + (rows.acceleration > 0)
+    for which in (places, speeds):
+        means = np.column_stack([between(column, which) for column in columns.T])
+        if np.sum(means**2) > TONE * np.sum(columns**2):
+            return True
+    return False
