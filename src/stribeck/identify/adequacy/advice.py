@@ -157,7 +157,10 @@ def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recordin
             f"a load comes or goes; train on one load ({option('train')}), or log each load apart"
         )
     elif effect.pattern == "tone":
-        text = "something beside the axis pulls: log with it at rest, or take its force off"
+        text = (
+            "something beside the axis pulls, or what is faster than half the sampling rate folds "
+            "down: log with it at rest, or take its force off"
+        )
     elif effect.kind == "force":
         text = f"the zero of a channel or a load drifts; train on shorter parts ({option('train')})"
     elif all(log.temperature is not None for log in recordings):
