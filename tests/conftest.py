@@ -1,11 +1,17 @@
 """Set-up of all tests: compiled code, and recordings that are not part of the repository."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+# Workers share the cores already: threads of BLAS beside them wait, each busily, for one another,
+# which takes most of the time of small matrices. BLAS reads this when numpy is imported, here and
+# in what tests start.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # An example has no deadline: its time depends on the load of the machine.
 settings.register_profile("tests", deadline=None)

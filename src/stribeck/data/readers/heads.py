@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 #: What people call a quantity. A name may stand in two lists: its unit then tells which is meant.
@@ -30,7 +30,10 @@ _NAMES = {
     "压力 圧力",
     "back_pressure": "back_pressure rod_pressure rod_side_pressure gegendruck",
 }
-_CHANNEL = [(n, channel) for channel, names in _NAMES.items() for n in names.split()]
+_CHANNELS: dict[str, list[str]] = {}
+for _channel, _names in _NAMES.items():
+    for _name in _names.split():
+        _CHANNELS.setdefault(_name, []).append(_channel)
 _MEASURED = {"meas", "measured", "act", "actual", "feedback", "fbk", "present", "ist", "reel",
              "reelle", "mesure", "mesuree", "effettiva", "effettivo", "reale", "attuale", "real",
              "medida", "medido", "实际", "反馈", "当前", "実", "現在",
@@ -123,7 +126,7 @@ def meanings(head: Head) -> dict[str, int]:
     A commanded position is the channel `command`; a commanded force is a force of rank
     `COMMANDED` (better than none); a commanded velocity is no channel.
     """
-    if plain := {channel: PLAIN for name, channel in _CHANNEL if name == head.stem}:
+    if plain := dict.fromkeys(_named(head.stem), PLAIN):
         return plain
     words = [p for w in head.stem.split("_") for p in _parts(w) if p not in _SILENT]
     qualifiers = [w for w in words if w in _MEASURED | _COMMANDED]
@@ -150,11 +153,11 @@ def _parts(word: str) -> tuple[str, ...]:
     return (word,)
 
 
-def _named(stem: str) -> list[str]:
-    return [channel for name, channel in _CHANNEL if name == stem]
+def _named(stem: str) -> Sequence[str]:
+    return _CHANNELS.get(stem, ())
 
 
-def _commanded(channels: list[str]) -> dict[str, int]:
+def _commanded(channels: Sequence[str]) -> dict[str, int]:
     ranks = {"position": ("command", PLAIN), "force": ("force", COMMANDED)}
     return dict(ranks[c] for c in channels if c in ranks)
 

@@ -68,12 +68,14 @@ def printable(text: str) -> str:
 def unique_names(names: Sequence[str]) -> list[str]:
     """Names of which none stands twice: a second `Torque` is `Torque #2`."""
     taken: set[str] = set()
+    last: dict[str, int] = {}  # numbers up to it are taken
     result = []
     for name in names:
-        unique, k = name, 1
+        unique, k = name, last.get(name, 1)
         while unique and unique in taken:
             k += 1
             unique = f"{name} #{k}"
         taken.add(unique)
+        last[name] = k
         result.append(unique)
     return result

@@ -55,6 +55,10 @@ if TYPE_CHECKING:
     from ...friction import Law
     from .track import Track
 
+#: Of the steps that a motion may take, so many between two samples, beside those for each whole
+#: step: where events follow each other without end, more would not lead further.
+ROOM_BETWEEN = 1 << 16
+
 _F1 = types.Array(float64, 1, "C", readonly=True)
 _F2 = types.Array(float64, 2, "C", readonly=True)
 _W2 = float64[:, ::1]
@@ -173,11 +177,13 @@ def _rows(  # noqa: PLR0915 - a loop over candidates and samples
             out_q[row, k], out_v[row, k], out_F[row, k] = y[Q], y[V], load_m[DRIVE]
             if k == end - 1 or not np.isfinite(y[Q]):
                 break
-            twist, piece, steps_left = coupled_passage(
+            most = min(steps_left, ROOM_BETWEEN + EACH * parts[k])
+            twist, piece, left = coupled_passage(
                 slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, inputs, held, k, parts[k],
                 t[k + 1] - t[k], tolerance, y, twist, mode, u, load_m, load, rates, room, memory,
-                piece, steps_left,
+                piece, most,
             )  # fmt: skip
+            steps_left -= most - left
 
 
 def motions_of_two(
