@@ -22,7 +22,7 @@ from ..rig.two_masses import OF_MOTOR, TwoMassRig
 from ..units import unit
 from .conditions import Violation
 from .parameters import Parameters
-from .polish import Polished, polish
+from .polish import Polished, best_descent
 from .problem import MotionProblem
 
 if TYPE_CHECKING:
@@ -35,9 +35,10 @@ if TYPE_CHECKING:
 BETTER, AS_WELL = 0.7, 1.1
 Side = Literal["motor", "load"]
 #: Hz at which motor and load swing against each other, and play in multiples of the misfit, where
-#: refits may start; rows that each may take for a parameter, and samples that all may simulate: the
-#: best places first, and none where that is too little for one.
-SWINGS, PLAYS, ROWS, MOST = (30.0, 100.0), (3.0, 30.0), 10, 1_000_000
+#: refits may start; rows that each takes for a parameter, and those that the best of a side takes
+#: beyond; samples that all may simulate: the best places first, and none where that is too little
+#: for one.
+SWINGS, PLAYS, ROWS, BEYOND, MOST = (30.0, 100.0), (3.0, 30.0), 4, 6, 1_000_000
 #: Way by which a step of a refit may be off, m or rad.
 ROUGHLY = 2e-8
 #: Hz that are searched, damping of the swing, and play as a share of the travel.
@@ -69,23 +70,27 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
     if any(_masses(rig, {**values, **rig.stated(s.recording)}) is None for s in problem.train):
         return [], 0  # a log of a bare motor states that it has no load
     split = {side: _split(problem, x, masses, side) for side in _SIDES}
-    each = ROWS * split["load"].space.dim
+    each = (ROWS + BEYOND) * split["load"].space.dim
     most = MOST // (each * sum(len(s.track.t) for s in problem.train))
     if not most:
         return [], 0
     cost, rows = float(problem(x[None])[0]), 1
-    best: tuple[Polished, MotionProblem, str] | None = None
     places = []
     for side, other in split.items():
         points = np.array([_start(other, problem, x, *at) for at in _starts(masses, cost)])
         rows += len(points)
         places += [
-            (float(J), other, point, side)
+            (float(J), side, point)
             for J, point in zip(other(points), points, strict=True)
             if np.isfinite(J)
         ]
-    for J, other, point, side in sorted(places, key=lambda place: place[0])[:most]:
-        refit = polish(other, point, J, each)
+    places = sorted(places, key=lambda place: place[0])[:most]
+    best: tuple[Polished, MotionProblem, str] | None = None
+    for side, other in split.items():
+        starts = np.array([point for _, of_side, point in places if of_side == side])
+        if not len(starts):
+            continue
+        refit = best_descent(other, starts, ((len(starts), ROWS), (1, BEYOND)))
         rows += refit.evaluations
         if best is None or refit.cost < best[0].cost:
             best = refit, other, side
