@@ -19,7 +19,6 @@ from stribeck.report.contents.gather import Contents
 from stribeck.report.contents.schema import Report
 from stribeck.report.figures.adequacy_plots import adequacy_groups
 from stribeck.report.page.html_page import render
-from without_play import without_play
 
 LOOP = driven.Loop(kp=4e4, kd=2e3, ki=1e5, mass_ff=9.0)
 TRUTH = {"M": 10.0, "F_C": 20.0, "F_V": 60.0, "offset": 2.0}
@@ -153,8 +152,7 @@ def test_a_joint_by_output_error_shows_the_square_of_the_speed() -> None:
         table = sensors.noisy(motion._asdict(), "position", 1e-4, rng)
         log = Recording(t, table["position"], command=motion.command, rotary=True)
         rig = RIGS["joint"].set(kp=100.0, kd=4.0, hold=1, step=10.0).exact()
-        with without_play():
-            return identify(log, rig=rig, law="coulomb-viscous", budget=1500, repeats=1)
+        return identify(log, rig=rig, law="coulomb-viscous", budget=1500, repeats=1)
 
     clean = fit_of(0.0)
     assert not model_sentences(clean)

@@ -27,7 +27,6 @@ from stribeck.identify.random_effects import random_effects
 from stribeck.report.contents.gather import Contents
 from stribeck.report.page import fit_tables
 from stribeck.rig.balanced import as_balanced
-from without_play import without_play
 
 #: Of friction from log to log, as a share.
 SPREAD = 0.08
@@ -187,8 +186,7 @@ def fitted_pendulums(values: Array, seed: int) -> Fit:
     axis = servo.Servo()
     rig = RIGS["servo-pendulum"].set(kp=axis.kp, vin=axis.vin).exact()
     logs = pendulums(values, seed)
-    with without_play():
-        return identify(logs, rig=rig, law="coulomb-viscous", repeats=1)
+    return identify(logs, rig=rig, law="coulomb-viscous", repeats=1)
 
 
 def test_friction_of_a_servo_that_differs_from_log_to_log_is_told() -> None:
@@ -213,6 +211,5 @@ def test_friction_of_a_joint_that_differs_from_log_to_log_is_told() -> None:
         logs.append(Recording(t, table["position"], command=command, rotary=True))
     rig = RIGS["joint"].set(kp=70.0, kd=4.4).exact()
     level = {"g_cos": 0.0, "g_0": 0.0}
-    with without_play():
-        fit = identify(logs, rig=rig, law="coulomb-viscous", fixed=level, repeats=1)
+    fit = identify(logs, rig=rig, law="coulomb-viscous", fixed=level, repeats=1)
     assert_spread(fit, "F_C", 0.6 * values, 0.6 * 0.15)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from functools import cache
 from typing import Any
 
@@ -17,12 +16,9 @@ from foreign.strokes import even, ramp, sines
 from stribeck import RIGS, InputError, Recording, identify, validate
 from stribeck.cli.inputs import delay_value
 from stribeck.data.alignment import MOTION_CHANNELS, advanced
-from without_play import without_play
 
 JOINT = {"F_C": 0.6, "F_V": 0.3, "J": 0.2, "g_sin": 1.0}
 SERVO = {"F_C": 0.02, "F_V": 0.008, "k_t": 0.4, "R": 4.0, "armature": 3e-3}
-#: The delay of a joint, s, that is told beside a search for play.
-BESIDE_PLAY = 0.02
 
 
 @cache
@@ -40,11 +36,10 @@ def arm(late: float, seed: int = 0, **options: Any) -> Any:
     table = sensors.noisy(table, "position", 5e-4, default_rng(seed))
     log = Recording(table["t"], table["position"], command=table["command"], rotary=True)
     rig = RIGS["joint"].set(kp=70.0, kd=4.4).exact()
-    with nullcontext() if late == BESIDE_PLAY else without_play():
-        return identify(
-            log, rig=rig, law="coulomb-viscous", fixed={"g_cos": 0.0, "g_0": 0.0}, repeats=2,
-            budget=1500, **options,
-        )  # fmt: skip
+    return identify(
+        log, rig=rig, law="coulomb-viscous", fixed={"g_cos": 0.0, "g_0": 0.0}, repeats=2,
+        budget=1500, **options,
+    )  # fmt: skip
 
 
 def pendulum(late: float, seed: int = 0) -> Any:
@@ -59,8 +54,7 @@ def pendulum(late: float, seed: int = 0) -> Any:
         t, table["position"], command=goal, rotary=True, extra=extra | {"torque_enable": enabled}
     )
     rig = RIGS["servo-pendulum"].set(kp=axis.kp, vin=axis.vin).exact()
-    with without_play():
-        return identify(log, rig=rig, law="coulomb-viscous", repeats=2, budget=1500)
+    return identify(log, rig=rig, law="coulomb-viscous", repeats=2, budget=1500)
 
 
 def told(fit: Any) -> list[str]:
@@ -79,7 +73,7 @@ def lies(fit: Any, truth: dict[str, float]) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("late", [0.01, BESIDE_PLAY, 0.04])
+@pytest.mark.parametrize("late", [0.01, 0.02, 0.04])
 def test_the_delay_of_a_joint_is_told_with_what_it_biases(late: float) -> None:
     fit = arm(late)
     (sentence,) = told(fit)
@@ -92,12 +86,12 @@ def test_the_delay_of_a_joint_is_told_with_what_it_biases(late: float) -> None:
 
 
 def test_what_is_told_moves_the_motion_back() -> None:
-    fit = arm(BESIDE_PLAY, delay=-0.02)
+    fit = arm(0.02, delay=-0.02)
     assert fit.delay == -0.02
     assert not told(fit)
     assert {e.verdict for e in fit.estimates if e.name in ("F_C", "F_V", "J")} == {"identified"}
     assert fit.values["J"] == pytest.approx(arm(0.0).values["J"], rel=0.01)
-    late = arm(BESIDE_PLAY).recordings
+    late = arm(0.02).recordings
     in_step, off = (validate(fit, late, delay=d)[0][2].value for d in ("auto", "off"))
     assert in_step < 0.1 * off
 
@@ -135,7 +129,7 @@ def test_the_motion_is_moved_where_no_force_was_measured() -> None:
 def test_a_delay_within_what_passes_for_noise_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rests that creep make the floor of the noise too high to see a misfit of twice the noise."""
     monkeypatch.setattr("stribeck.identify.fit_warnings.NOISY", 10.0)
-    assert told(arm.__wrapped__(BESIDE_PLAY))
+    assert told(arm.__wrapped__(0.02))
 
 
 # --- delays that a log hardly shows, or not at all ------------------------------------------------

@@ -14,7 +14,6 @@ from stribeck.identify.selection.paired_test import MATERIAL, paired
 from stribeck.rig.forced import FORCED
 from test_select_truth import FIXED, LADDER, swings
 from test_select_truth import log as balanced_log
-from without_play import without_play
 
 LAWS = ["coulomb-viscous", "coulomb-viscous-directional", "stribeck"]
 
@@ -93,11 +92,10 @@ def test_the_change_of_friction_is_that_of_the_curves() -> None:
 
 
 def test_laws_compare_by_the_size_of_their_errors() -> None:
-    with without_play():
-        selection = select(
-            swings(), rig="servo-pendulum", laws=["coulomb-viscous", "bam-m3"], train="0s:3s",
-            holdout="3s:5s", budget=60, loss="absolute",
-        )  # fmt: skip
+    selection = select(
+        swings(), rig="servo-pendulum", laws=["coulomb-viscous", "bam-m3"], train="0s:3s",
+        holdout="3s:5s", budget=60, loss="absolute",
+    )  # fmt: skip
     fit = selection["bam-m3"].fit
     assert fit.score.name == "position_mae"
     assert selection["bam-m3"].error == pytest.approx(fit.score.value, rel=1e-9)

@@ -14,7 +14,6 @@ from stribeck.identify.selection.nesting import embedded
 from stribeck.rig.forced import FORCED
 from stribeck.rig.twin import TestBed
 from test_emps import DATA, load, real
-from without_play import without_play
 
 BAM = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"
 #: Three speeds and both directions; v_SS is held, so that all is linear and quick.
@@ -127,9 +126,8 @@ def swings(seed: int = 0) -> Recording:
 def servo_selection() -> object:
     """The laws of the servo, with so short a search that only simpler laws' answers help."""
     laws = ["coulomb-viscous", "bam-m3", "bam-m4", "bam-m5", "bam-m6"]
-    with without_play():
-        return select(swings(), rig="servo-pendulum", laws=laws, train="0s:3s", holdout="3s:5s",
-                      budget=60)  # fmt: skip
+    return select(swings(), rig="servo-pendulum", laws=laws, train="0s:3s", holdout="3s:5s",
+                  budget=60)  # fmt: skip
 
 
 def test_a_richer_law_never_trains_worse_than_one_it_contains(servo_selection: object) -> None:
@@ -205,8 +203,7 @@ def test_the_servo_needs_its_load() -> None:
     train = [log_ for log_, kp in zip(logs, gain, strict=True) if kp == 100][:2]
     test = [log_ for log_, kp in zip(logs, gain, strict=True) if kp == 800][:2]
     laws = ["coulomb-viscous", "bam-m3"]
-    with without_play():
-        selection = select(train, rig=rig, laws=laws, test=test, budget=400)
+    selection = select(train, rig=rig, laws=laws, test=test, budget=400)
     assert selection["bam-m3"].error < selection["coulomb-viscous"].error
     assert selection["bam-m3"].held < selection["coulomb-viscous"].held
 
