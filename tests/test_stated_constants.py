@@ -7,7 +7,6 @@ import numpy as np
 from stribeck import Recording, identify
 from stribeck.identify.card import Card
 from stribeck.report.page.fit_tables import constants
-from without_play import without_play
 
 T = np.linspace(0.0, 2.0, 401)
 
@@ -21,8 +20,7 @@ def log(kp: float) -> Recording:
 
 
 def test_the_page_shows_what_the_logs_state() -> None:
-    with without_play():
-        fit = identify([log(100.0), log(300.0)], rig="servo-pendulum", budget=10, repeats=1)
+    fit = identify([log(100.0), log(300.0)], rig="servo-pendulum", budget=10, repeats=1)
     card = fit.card()
     assert card.stated == {"m": [0.5, 0.5], "kp": [100.0, 300.0]}
     assert str(card) == repr(card)
