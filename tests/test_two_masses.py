@@ -84,6 +84,16 @@ def test_a_mirrored_force_mirrors_the_motion(values: dict[str, float]) -> None:
         np.testing.assert_array_equal(a, -b)
 
 
+def test_the_force_of_the_drive_is_that_of_each_motion_from_its_start_on() -> None:
+    """One after the other, no motion begins with the force at which the last one ended."""
+    rig, force = rig_of(SERVO), 70.0 * np.cos(8.0 * t)
+    values = [{**SERVO, "F_C": level} for level in (20.0, 15.0, 10.0, 5.0, 25.0)]
+    p = np.array([[row[q.name] for q in rig.parameters(LAW)] for row in values])
+    motor, load = rig.sides(LAW, p, started(rig, force))
+    for side in (motor, load):
+        np.testing.assert_allclose(side.force, np.tile(force, (len(p), 1)), atol=1e-9)
+
+
 def test_a_stiff_coupling_is_none() -> None:
     """The nearer to the rigid axis the stiffer, in proportion."""
     table = {

@@ -71,12 +71,12 @@ def _no_slip(v: float, p: Array) -> float:  # noqa: ARG001
 
 
 @compiled()
-def _bent(
+def _begun(
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, u: Array, y: Array, mode: Array, load_m: Array, load: Array,
     room: Array, rates: Array, g: Array,
 ) -> None:  # fmt: skip
-    """The states of both laws where a motion starts; see `implicit.begun`."""
+    """The loads and the states of both laws where a motion starts; see `implicit.begun`."""
     own, relaxed = STATE + mode[MOTOR_STATES], room[0]
     relaxed[:] = 0.0
     coupled_rates(
@@ -163,11 +163,10 @@ def _rows(  # noqa: PLR0915 - a loop over candidates and samples
         if holds:
             loop_reset(axis, u, read_position(coupling, y[Q_M], y[Q]), y[V_M], last)
             load_m[DEMAND] = last[0]
-        if states_m + states > 0:
-            _bent(
-                slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, u, y, mode, load_m, load, room,
-                rates, g,
-            )  # fmt: skip
+        _begun(
+            slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, u, y, mode, load_m, load, room,
+            rates, g,
+        )  # fmt: skip
         for k in range(begin, end):
             mixed(inputs, held, k, 0.0, u)
             if holds:
