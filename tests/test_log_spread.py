@@ -185,8 +185,7 @@ def pendulums(values: Array, seed: int) -> list[Recording]:
 def fitted_pendulums(values: Array, seed: int) -> Fit:
     axis = servo.Servo()
     rig = RIGS["servo-pendulum"].set(kp=axis.kp, vin=axis.vin).exact()
-    logs = pendulums(values, seed)
-    return identify(logs, rig=rig, law="coulomb-viscous", repeats=1)
+    return identify(pendulums(values, seed), rig=rig, law="coulomb-viscous", repeats=1)
 
 
 def test_friction_of_a_servo_that_differs_from_log_to_log_is_told() -> None:

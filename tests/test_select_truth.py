@@ -202,8 +202,7 @@ def test_the_servo_needs_its_load() -> None:
     gain = [float(log_.extra["kp"][0]) for log_ in logs]
     train = [log_ for log_, kp in zip(logs, gain, strict=True) if kp == 100][:2]
     test = [log_ for log_, kp in zip(logs, gain, strict=True) if kp == 800][:2]
-    laws = ["coulomb-viscous", "bam-m3"]
-    selection = select(train, rig=rig, laws=laws, test=test, budget=400)
+    selection = select(train, rig=rig, laws=["coulomb-viscous", "bam-m3"], test=test, budget=400)
     assert selection["bam-m3"].error < selection["coulomb-viscous"].error
     assert selection["bam-m3"].held < selection["coulomb-viscous"].held
 

@@ -134,7 +134,7 @@ WAYS = {
         lambda hand: hand.files("#rig-file", RIGS / "openarm_joint_3.toml"), 40, "0s:4s", {},
     ),
     "xl330": Way(
-        lambda _: sorted((RECORDINGS / "bam_xl330" / "logs").glob("*.json"))[:5],
+        lambda _: sorted((RECORDINGS / "bam_xl330" / "logs").glob("*.json"))[:16],
         lambda hand: hand.press("#as-rig"), None, 20, "0s:1s", {},
     ),
 }  # fmt: skip
