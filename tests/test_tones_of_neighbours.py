@@ -81,6 +81,19 @@ def test_what_goes_with_the_motion_is_none_though_its_residual_is_a_tone() -> No
     assert waves(fit) == []
 
 
+def test_a_gap_of_a_year_takes_no_spectrum() -> None:
+    """At 100 Hz that would be a table of three thousand million instants."""
+    t = 0.01 * np.arange(4000.0)
+    t[2000:] += 3e7
+    v, a = np.cos(2 * np.pi * 0.31 * t), -np.sin(2 * np.pi * 0.31 * t)
+    rows = ResidualRows(
+        np.zeros(4000, dtype=np.intp), t, a, v, a, np.sin(2 * np.pi * 1.3 * t), v[:, None],
+        ("F_V",), np.ones(1), np.ones(1),
+    )  # fmt: skip
+    block = blocks(rows)
+    assert tone(rows, block, signs(block)) is None
+
+
 @pytest.mark.parametrize("memory", [1, 20, 100, 400])
 def test_noise_that_forgets_slowly_has_none(memory: int) -> None:
     """Rows of 40 s at 100 Hz, in two logs; a memory of 400 rows is a tenth of each."""

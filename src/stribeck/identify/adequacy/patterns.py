@@ -35,6 +35,8 @@ WAVE_SAMPLES = 6000
 #: of its own; periods of it in each log, steps of a period between two that are looked at, and
 #: rows of trials of chance that are worked on at once.
 TONE, PERIODS, TONE_STEP, TRIALS = 0.5, 4.0, 0.25, 64
+#: A log that lasts so many times as long as its rows has gaps that no spectrum is worth.
+SPARSE = 16.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +211,8 @@ def tone(
     if not (len(step) and np.median(step) > 0 and shortest > 0):
         return None
     interval = float(np.median(step))
+    if t.max() > SPARSE * len(t) * interval:
+        return None
     at = np.rint(t / interval).astype(np.intp)
     length = 1 << int(np.ceil(np.log2((at.max() + 1) / TONE_STEP)))
     waves = np.arange(length // 2 + 1)
