@@ -196,23 +196,22 @@ def test_a_picked_motion_is_drawn_and_told(desk_page: Browser) -> None:
     assert desk_page.run(f"[...{drawn}].slice(0, 5)") == expected
 
 
-def test_a_slip_under_the_pointer_is_told(desk_page: Browser) -> None:
-    """The pointer goes to where the third slip is drawn."""
-    place = desk_page.run(
+@pytest.mark.parametrize("aside", [0.0, 2.0])
+def test_a_slip_under_the_pointer_is_told(desk_page: Browser, aside: float) -> None:
+    """The pointer goes to where the third slip is drawn, which is on the line of the samples."""
+    desk_page.ask("Input.dispatchMouseEvent", type="mouseMoved", x=1, y=1)
+    x, y = desk_page.run(
         """(() => { const place = document.getElementById('log-plot');
           place.scrollIntoView({ block: 'center', behavior: 'instant' });
           const slip = place.data.find((t) => t.text && t.text[0].startsWith('slip'));
           const { xaxis, yaxis } = place._fullLayout, box = place.getBoundingClientRect();
+          globalThis.hovered = new Promise((go) => place.once('plotly_hover', () => go(1)));
           return [box.left + xaxis._offset + xaxis.d2p(slip.x[2]),
                   box.top + yaxis._offset + yaxis.d2p(slip.y[2])]; })()"""
     )
-    for shift in (3.0, 0.0):
-        desk_page.ask("Input.dispatchMouseEvent", type="mouseMoved", x=place[0] + shift, y=place[1])
+    desk_page.ask("Input.dispatchMouseEvent", type="mouseMoved", x=x + aside, y=y)
     hover_text = desk_page.run(
-        """new Promise((go) => { const look = () => {
-          const label = document.querySelector('#log-plot .hovertext');
-          label?.textContent.startsWith('slip 3') ? go(label.textContent) : setTimeout(look, 20);
-        }; look(); })"""
+        "hovered.then(() => document.querySelector('#log-plot .hovertext').textContent)"
     )
     assert hover_text.startswith("slip 3: starts at")
     assert "jump" in hover_text

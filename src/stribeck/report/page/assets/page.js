@@ -41,9 +41,10 @@
         made.push({
           ...base, mode: "markers", text: line.hover && line.hover.map(plain),
           hovertemplate: line.hover ? "%{text}<extra></extra>" : undefined,
+          // Plotly prefers a line under the pointer to a mark wider than 6; of equals the last.
           marker: {
-            color: hollow ? colour("page") : paint, size: hollow ? 5 : 8, symbol: line.symbols || "circle",
-            line: { color: hollow ? paint : colour("page"), width: 1.2 },
+            color: hollow ? colour("page") : paint, size: hollow ? 5 : 6, symbol: line.symbols || "circle",
+            line: { color: paint, width: 1.2 },
           },
         });
       } else {
