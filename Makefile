@@ -7,7 +7,7 @@ SETUP := .venv/.installed
 LOCK := requirements.lock
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: setup demo test lint types unit lock audit format docs site paper dist studies bench nested fuzz clean
+.PHONY: setup demo test lint types warm unit lock audit format docs site paper dist studies bench nested fuzz clean
 
 setup: $(SETUP)
 
@@ -21,7 +21,10 @@ $(SETUP): pyproject.toml $(LOCK)
 demo: setup
 	$(BIN)/python tools/demo.py
 
-test: lint types unit
+# Types are looked at while laws and motions are compiled, each on one core.
+test: setup
+	$(MAKE) --jobs=2 lint types warm
+	$(MAKE) unit
 
 lint: setup
 	$(BIN)/ruff check .
@@ -29,6 +32,9 @@ lint: setup
 
 types: setup
 	$(BIN)/mypy
+
+warm: setup
+	-$(BIN)/stribeck warm
 
 unit: setup
 	$(BIN)/pytest
