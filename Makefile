@@ -88,7 +88,7 @@ studies: setup
 	$(BIN)/python tools/study.py bbob
 	$(BIN)/python tools/engines_study.py
 
-# What is claimed of speed, measured side by side: an hour or less. ARGS=--quick, ARGS='--only NAME'.
+# What is claimed of speed, measured side by side: an hour and more. ARGS=--quick, ARGS='--only NAME'.
 bench: setup
 	$(BIN)/python benchmarks/run.py $(ARGS)
 
