@@ -150,12 +150,9 @@ def _keep(rows: Sequence[Row], answers: Sequence[Answer]) -> None:
     done = [a for a in answers if (a["key"], a["seed"]) in jobs]
     if lacking := {jobs[job] for job in jobs.keys() - {(a["key"], a["seed"]) for a in done}}:
         raise SystemExit(f"rows or seeds are not done yet: {', '.join(sorted(lacking))}")
-    part = run.read(run.RESULTS)["faults"]
     judged = iter(summary(done)["rows"])
-    kept = zip(ROWS, part["found"]["rows"], strict=True)
-    part["found"] = totals([next(judged) if row.axis in axes else r for row, r in kept])
-    run.keep(run.RESULTS, "faults", part)
-    run.renew_page()
+    kept = zip(ROWS, run.read(run.RESULTS)["faults"]["found"]["rows"], strict=True)
+    run.renew("faults", totals([next(judged) if row.axis in axes else r for row, r in kept]))
 
 
 def whole_page(results: dict[str, Any]) -> str:

@@ -280,10 +280,8 @@ def main() -> None:
     """Count some contestants anew, and keep that with what is known of the others."""
     ask = argparse.ArgumentParser(description=main.__doc__)
     ask.add_argument("names", nargs="+", choices=CONTESTANTS, metavar="WHO")
-    part = bench.read(bench.RESULTS)["identification"]
-    part["found"] = added(part["found"], ask.parse_args().names)
-    bench.keep(bench.RESULTS, "identification", part)
-    bench.renew_page()
+    results = bench.read(bench.RESULTS)["identification"]["found"]
+    bench.renew("identification", added(results, ask.parse_args().names))
 
 
 if __name__ == "__main__":

@@ -377,11 +377,9 @@ def _met(counted: dict[str, Any]) -> str:
 
 def _keep(studies: dict[str, Any]) -> None:
     """Put the counts of some studies beside those of the others."""
-    part = run.read(run.RESULTS)["intervals"]
-    known = part["found"]["studies"] | studies
-    part["found"]["studies"] = {name: known[name] for name in STUDIES if name in known}
-    run.keep(run.RESULTS, "intervals", part)
-    run.renew_page()
+    results = run.read(run.RESULTS)["intervals"]["found"]
+    known = results["studies"] | studies
+    run.renew("intervals", results | {"studies": {n: known[n] for n in STUDIES if n in known}})
 
 
 def main() -> None:

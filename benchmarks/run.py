@@ -113,6 +113,18 @@ def keep(file: Path, name: str, part: dict[str, Any]) -> None:
     _write(file, json.dumps(ordered, indent=1, default=_plain) + "\n")
 
 
+def renew(name: str, results: Any, folder: Path = FOLDER) -> None:
+    """Put results of a part of which some rows were measured here and now; renew the page.
+
+    Machines of the other rows stay, as earlier ones.
+    """
+    file, here = folder / RESULTS.name, machine()
+    part = read(file)[name]
+    earlier = [m for m in (part["machine"], *part.get("earlier_machines", [])) if m != here]
+    keep(file, name, part | {"machine": here, "earlier_machines": earlier, "found": results})
+    renew_page(folder)
+
+
 def renew_page(folder: Path = FOLDER) -> None:
     """Write the page of the results in a folder."""
     _write(folder / PAGE.name, page(read(folder / RESULTS.name)))
@@ -210,10 +222,11 @@ def tables(name: str, results: Any) -> list[str]:
 
 
 def _machines(parts: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """Each machine in words, and the parts measured on it."""
+    """Each machine in words, and the parts of which rows were measured on it."""
     by: dict[str, list[str]] = {}
     for name, part in parts.items():
-        by.setdefault(described(part["machine"]), []).append(name)
+        for host in (part["machine"], *part.get("earlier_machines", [])):
+            by.setdefault(described(host), []).append(name)
     return list(by.items())
 
 

@@ -203,6 +203,20 @@ def test_a_part_that_cannot_be_written_leaves_those_before_it(tmp_path: Path) ->
     assert list(run.read(file)) == ["kernel", "surfaces"]  # in the order in which they run
 
 
+def test_rows_that_are_measured_anew_name_their_machine_beside_that_of_the_others(
+    tmp_path: Path,
+) -> None:
+    part = run.read(run.RESULTS)["simulators"]
+    elsewhere, here = part["machine"] | {"processor": "Another"}, run.machine()
+    run.keep(tmp_path / "results.json", "simulators", part | {"machine": elsewhere})
+    for _ in range(2):
+        run.renew("simulators", part["found"], tmp_path)
+    lines = (tmp_path / "README.md").read_text(encoding="utf-8").splitlines()
+    measured = [line for line in lines if line.startswith("Measured on ")]
+    hosts = (here, elsewhere)
+    assert measured == [f"Measured on {run.described(host)}: simulators." for host in hosts]
+
+
 def test_markdown_as_aligned_text() -> None:
     markdown = (
         "**A\\_b**\n\n| who | us |\n| --- | ---: |\n| ours | 1 |\n| a \\| b | 10 |\n\nNote.\n"
