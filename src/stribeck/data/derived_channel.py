@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numba import float64, types
 from numpy.typing import NDArray
 
+from ..compile_cache import compiled
 from ..space import Array
-from .zero_phase import Samples
+from .zero_phase import BLOCK, Samples
 
 
 class SampledChannel(Protocol):
@@ -47,7 +49,7 @@ class Shifted:
 
 #: Weights of the differences over one, two and more samples to each side, by their order of
 #: accuracy (Fornberg 1988, doi 10.1090/S0025-5718-1988-0935077-0, table 1).
-_WEIGHTS: dict[int, tuple[float, ...]] = {2: (1 / 2,), 6: (3 / 4, -3 / 20, 1 / 60)}
+_WEIGHTS = {2: np.array([1 / 2]), 6: np.array([3 / 4, -3 / 20, 1 / 60])}
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +76,7 @@ class Slope:
             return self._at(at)
         start, stop, step = at.indices(n)
         if step != 1:
-            return self._at(np.arange(start, stop, step))
+            return picked(self, np.arange(start, stop, step))
         if start >= stop:
             return np.empty(0)
         first = min(max(start, reach), stop)
@@ -82,7 +84,8 @@ class Slope:
         ends = [self._at_ends(np.arange(*span)) for span in ((start, first), (end, stop))]
         if first == end:
             return np.concatenate(ends)
-        inner = self._weighted(self.channel[slice(first - reach, end + reach)], end - first)
+        near = np.ascontiguousarray(self.channel[slice(first - reach, end + reach)])
+        inner = _differences(near, _WEIGHTS[self.accuracy] * self.rate)
         return inner if len(inner) == stop - start else np.concatenate([ends[0], inner, ends[1]])
 
     def _at(self, at: NDArray[np.intp]) -> Array:
@@ -92,19 +95,10 @@ class Slope:
         inner = (at >= reach) & (at < n - reach)
         slope[~inner] = self._at_ends(at[~inner])
         if inner.any():
-            near = np.arange(-reach, reach + 1)[:, None] + at[inner]
-            slope[inner] = self._weighted(self.channel[near.ravel()].reshape(near.shape), 1)[0]
-        return slope
-
-    def _weighted(self, x: Array, n: int) -> Array:
-        """The differences at n samples that have all neighbours, (n, ...), from (n + 2 reach)."""
-        weights = _WEIGHTS[self.accuracy]
-        reach = len(weights)
-        slope = np.zeros((n, *x.shape[1:]))
-        for k, weight in enumerate(weights, 1):
-            rise = x[reach + k : reach + k + n] - x[reach - k : reach - k + n]
-            rise *= weight * self.rate
-            slope += rise
+            near = at[inner, None] + np.arange(-reach, reach + 1)
+            x = self.channel[near.ravel()].reshape(near.shape)
+            rises = x[:, reach + 1 :] - x[:, reach - 1 :: -1]
+            slope[inner] = rises @ (_WEIGHTS[self.accuracy] * self.rate)
         return slope
 
     def _at_ends(self, at: NDArray[np.intp]) -> Array:
@@ -136,3 +130,33 @@ class Inner:
             return self.channel[at + self.first]
         start, stop, step = at.indices(len(self))
         return self.channel[slice(start + self.first, max(start, stop) + self.first, step)]
+
+
+def picked(channel: SampledChannel, places: NDArray[np.intp]) -> Array:
+    """Samples of a channel at rising places, (places,), a block of the channel at a time."""
+    if isinstance(channel, np.ndarray):
+        return np.asarray(channel[places])
+    samples = np.empty(len(places))
+    first = 0
+    while first < len(places):
+        start = places[first]
+        stop = first + int(np.searchsorted(places[first:], start + BLOCK))
+        block = channel[slice(int(start), int(places[stop - 1]) + 1)]
+        samples[first:stop] = block[places[first:stop] - start]
+        first = stop
+    return samples
+
+
+_F1 = types.Array(float64, 1, "C", readonly=True)
+
+
+@compiled(float64[::1](_F1, _F1))
+def _differences(x: Array, weights: Array) -> Array:
+    """Weighted differences over one, two and more samples to each side, (n - 2 weights,)."""
+    n, reach = len(x), len(weights)
+    slope = np.zeros(n - 2 * reach)
+    for k in range(1, reach + 1):
+        weight, ahead, behind = weights[k - 1], x[reach + k :], x[reach - k :]
+        for i in range(len(slope)):
+            slope[i] += (ahead[i] - behind[i]) * weight
+    return slope

@@ -223,7 +223,8 @@ class BalancedRig(Rig):
         columns = self.columns_of(a, loads)
         balance: Array = self.friction(law, p, v, loads) if friction is None else friction
         for value, q in zip(p[len(law.params) :], self.own(law), strict=True):
-            balance = balance + value * columns[q.name]
+            if value:
+                balance = balance + value * columns[q.name]
         if "cogging" in law.terms:
             balance = balance + wave(p[law.place("cogging")], loads[:, POSITION])
         return balance

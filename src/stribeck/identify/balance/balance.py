@@ -25,7 +25,7 @@ from ...space import Array
 from ...wording import option
 from . import variable_projection
 from .curve_prior import with_knots, with_prior
-from .modelled_force import friction_signal
+from .modelled_force import friction_under
 from .position_waves import wave_start
 from .regression import System
 from .rows import Log, Rows, filtered_logs
@@ -297,11 +297,12 @@ def prediction(system: System, p: Array) -> Prediction:
 def _signals(system: System, log: Log, p: Array) -> Signals:
     rig, law = system.rig, system.law
 
-    friction = friction_signal(rig, law, log, p)
+    friction = friction_under(rig, law, log, p)
 
     def forces(at: Samples) -> Array:
-        rub = friction(at)
-        model = rig.force(law, p, *log.motion(at), rub)
+        motion = log.motion(at)
+        rub = friction(at, motion)
+        model = rig.force(law, p, *motion, rub)
         return np.column_stack([model, model - rub])
 
     gain = log.gain

@@ -135,8 +135,8 @@ def _sums(log: Log, rows: NDArray[np.intp], W: Array, rest: Array, lags: Array) 
     Z = np.zeros((m, k + 2))
     Z[at, :k], Z[at, k], Z[at, k + 1] = W, rest, 1.0
     G = _products(Z, moved)
-    with_force = np.column_stack([_correlation(column, force, moved) for column in Z.T])
-    with_square = _correlation(Z[:, k + 1], force**2, moved)
+    with_force = _correlations(Z.T, force, moved)
+    with_square = _correlations(Z[None, :, k + 1], force**2, moved)[:, 0]
     return LagSums(
         G[:, :k, :k],
         with_force[:, :k] - G[:, :k, k],
@@ -178,13 +178,18 @@ def _products(Z: Array, moved: NDArray[np.intp]) -> Array:
     return np.asarray(whole - np.where((moved > 0)[:, None, None], last[gone], first[gone]))
 
 
-def _correlation(z: Array, force: Array, moved: NDArray[np.intp]) -> Array:
-    """Sums of z[t] force[t + lag] over t, zero beyond the ends, (lags,)."""
+def _correlations(columns: Array, force: Array, moved: NDArray[np.intp]) -> Array:
+    """Sums of z[t] force[t + lag] over t of columns z, (k, n): zero beyond the ends, (lags, k)."""
     from scipy.fft import irfft, next_fast_len, rfft  # noqa: PLC0415 - slow to import
 
     n = next_fast_len(len(force) + int(np.abs(moved).max(initial=0)), real=True)
-    product = np.conj(rfft(z, n)) * rfft(force, n)
-    return np.asarray(irfft(product, n)[np.mod(moved, n)])
+    spectrum = rfft(force, n)
+    sums = np.empty((len(moved), len(columns)))
+    for own, z in zip(sums.T, columns, strict=True):
+        product = np.conj(rfft(z, n))
+        product *= spectrum
+        own[:] = irfft(product, n)[np.mod(moved, n)]
+    return sums
 
 
 def best_lags(sums: list[LagSums], start: int) -> list[int]:

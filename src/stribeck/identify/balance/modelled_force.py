@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...space import Array
-from .rows import Log
+from .rows import FilteredMotion, Log
 
 if TYPE_CHECKING:
     from ...data.zero_phase import Samples, Signal
@@ -14,7 +15,15 @@ if TYPE_CHECKING:
 
 
 def friction_signal(rig: BalancedRig, law: Law, log: Log, p: Array) -> Signal:
-    """Friction at samples, N (N m): of a law with states, what the whole log has made of them.
+    """Friction at samples, as `friction_under`, of which the motion is not at hand."""
+    friction = friction_under(rig, law, log, p)
+    return lambda at: friction(at, log.motion(at))
+
+
+def friction_under(
+    rig: BalancedRig, law: Law, log: Log, p: Array
+) -> Callable[[Samples, FilteredMotion], Array]:
+    """Friction at samples under their motion, N (N m): with states, what the log has made of them.
 
     Args:
         rig: Whose forces are balanced.
@@ -25,20 +34,16 @@ def friction_signal(rig: BalancedRig, law: Law, log: Log, p: Array) -> Signal:
     if log.path is not None:
         loads = log.loads(log.clock, log.position[:])
         whole = rig.friction_along(law, p, log.path, loads)
-        return lambda at: whole[at]
-
-    def friction(at: Samples) -> Array:
-        motion = log.motion(at)
-        return rig.friction(law, p, motion.v, motion.loads)
-
-    return friction
+        return lambda at, _: whole[at]
+    return lambda _, motion: rig.friction(law, p, motion.v, motion.loads)
 
 
 def force_signal(rig: BalancedRig, law: Law, log: Log, p: Array) -> Signal:
-    """The force that a motion takes at samples, N (N m), as `friction_signal`."""
-    friction = friction_signal(rig, law, log, p)
+    """The force that a motion takes at samples, N (N m), as `friction_under`."""
+    friction = friction_under(rig, law, log, p)
 
     def force(at: Samples) -> Array:
-        return rig.force(law, p, *log.motion(at), friction(at))
+        motion = log.motion(at)
+        return rig.force(law, p, *motion, friction(at, motion))
 
     return force

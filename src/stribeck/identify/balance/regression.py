@@ -12,7 +12,7 @@ from ...rig.balanced import as_balanced
 from ...space import Array, Space
 from ..parameters import Parameters
 from . import variable_projection
-from .modelled_force import friction_signal
+from .modelled_force import friction_under
 from .rows import Log
 
 if TYPE_CHECKING:
@@ -100,11 +100,12 @@ class System:
     def _forces(self, log: Log, p: Array) -> Signal:
         own = len(self.law.params)
         frictions = {
-            row[:own].tobytes(): friction_signal(self.rig, self.law, log, row) for row in p
+            row[:own].tobytes(): friction_under(self.rig, self.law, log, row) for row in p
         }
 
         def forces(at: Samples) -> Array:
-            motion, rubs = log.motion(at), {key: rub(at) for key, rub in frictions.items()}
+            motion = log.motion(at)
+            rubs = {key: friction(at, motion) for key, friction in frictions.items()}
             rows = [self.rig.force(self.law, row, *motion, rubs[row[:own].tobytes()]) for row in p]
             return np.column_stack(rows)
 

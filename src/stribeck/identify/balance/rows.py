@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.derived_channel import Inner, SampledChannel, Slope
+from ...data.derived_channel import Inner, SampledChannel, Slope, picked
 from ...data.filtering import (
     DECIMATION_GAIN,
     Bridged,
@@ -171,7 +171,7 @@ class Log:
 
     def pick(self, x: SampledChannel) -> Array:
         """The samples of a full-rate channel at the rows, as they are."""
-        return np.asarray(x[self.places])
+        return picked(x, self.places)
 
 
 def filtered_logs(

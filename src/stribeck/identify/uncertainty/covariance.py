@@ -178,9 +178,24 @@ def _newey_west(shares: Sequence[Array], reach: int, rows: int) -> float:
 def long_run_variance(shares: Sequence[Array], reach: int) -> Array:
     """Variances of the sums of series (k, n) of all logs, with Bartlett weights over `reach`, (k,).
 
-    The estimator of Newey and West (1987, doi 10.2307/1913610).
+    The estimator of Newey and West (1987, doi 10.2307/1913610), as the mean square of the sums
+    over windows of so many rows, also of those that reach beyond an end.
     """
-    return _sum_of_lags(shares, 1.0 - np.arange(reach) / reach)
+    total = np.zeros(len(shares[0]))
+    for part in shares:
+        n = part.shape[1]
+        if not n:
+            continue
+        sums = np.cumsum(part, axis=1)
+        whole = sums[:, -1:]
+        windows = (
+            sums[:, : min(n, reach)],  # those that begin before the first row
+            sums[:, reach:] - sums[:, : max(n - reach, 0)],
+            whole - sums[:, max(n - reach, 0) : n - 1],  # those that end beyond the last
+        )
+        total += sum(np.einsum("im,im->i", w, w) for w in windows)
+        total += max(reach - n, 0) * whole[:, 0] ** 2  # those that hold all rows
+    return total / reach
 
 
 def _persistence(shares: Sequence[Array], rows: int) -> Array:
