@@ -99,9 +99,7 @@ class System:
 
     def _forces(self, log: Log, p: Array) -> Signal:
         own = len(self.law.params)
-        frictions = {
-            row[:own].tobytes(): friction_under(self.rig, self.law, log, row) for row in p
-        }
+        frictions = {row[:own].tobytes(): friction_under(self.rig, self.law, log, row) for row in p}
 
         def forces(at: Samples) -> Array:
             motion = log.motion(at)
