@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...data.filtering import motion_noise
+from ...data.freed_memory import release
 from ...data.resolution import noise_of, step
 from ...space import Array, Param
 from ...units import unit
@@ -198,6 +199,7 @@ def _move(
 ) -> Array:
     """By how much the free parameters move with the error added once more, (free,)."""
     parameters = solved.system.parameters
+    release()  # what a balance and its delay took
     system = System(parameters, rows_of(
         filtered_logs(
             [_noisier(log, solved.system.filtering, rng) for log in recordings],

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...data.alignment import Delay, checked_delay
+from ...data.freed_memory import release
 from ...errors import InputError
 from ...rig.rig import shown_difference
 from ...space import Array
@@ -245,6 +246,7 @@ def synchronised(
         moved = data.advanced(parameters.rig, applied)
         recordings, rows, solved = _solved(parameters, moved)
         left = channel_delay(solved)
+        release()
         if certain(left):
             left = _confirmed(left, solved, recordings, rows)
         looked = looked or left
@@ -255,6 +257,7 @@ def synchronised(
         if said != "auto" or (filtered is not None and filtered.ratio < CLEARLY):
             break
         applied += left.seconds
+        del recordings, rows, solved  # before those of the moved logs are made
     undecided = False
     if said == "auto" and moved.delay != data.delay and looked is not None:
         whole = _whole(moved.delay - data.delay, left, looked)
