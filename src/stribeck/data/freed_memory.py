@@ -20,7 +20,7 @@ def release() -> None:
 
 @cache
 def _trim() -> Any:
-    """glibc's `malloc_trim`, or None of another C library."""
+    """The `malloc_trim` of glibc, or None of another C library."""
     try:
         return ctypes.CDLL(None).malloc_trim
     except (AttributeError, OSError, TypeError):  # another C library, or Windows
