@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import butter, cheby1, sosfiltfilt
 
 from stribeck import Recording, identify
-from stribeck.data.derived_channel import Slope
+from stribeck.data.derived_channel import Slope, picked
 from stribeck.data.filtering import Bridged, Gaps, bridged
 from stribeck.data.gate.leaps import middle_of_seven
 from stribeck.data.resolution import LONG, noise_of, step
@@ -42,6 +42,15 @@ def test_blocks_are_filtered_as_everything_at_once_is(n: int, every: int) -> Non
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(x).max())
 
 
+@pytest.mark.parametrize("order", [1, 2, 7, 8, 9, 17])
+def test_a_filter_has_any_number_of_sections(order: int) -> None:
+    sections = butter(order, 0.3, output="sos")
+    x = np.random.default_rng(7).standard_normal((900, 3))
+    theirs = sosfiltfilt(sections, x, axis=0, padlen=60)
+    ours = zero_phase(sections, lambda at: x[at], len(x), 60, slice(0, len(x), 1))
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("accuracy", [2, 6])
 @pytest.mark.parametrize("n", [2, 6, 7, 30])
 def test_differences_are_exact_for_polynomials_of_their_order(accuracy: int, n: int) -> None:
@@ -56,6 +65,20 @@ def test_differences_are_exact_for_polynomials_of_their_order(accuracy: int, n: 
         np.testing.assert_allclose(slope[:][end], ends[end], rtol=1e-9)
     for part in (slice(1, n - 1), slice(0, n, 3), np.array([n - 1, 0]), slice(n, n)):
         np.testing.assert_array_equal(slope[part], slope[:][part])
+
+
+def test_samples_of_a_channel_are_picked_block_by_block() -> None:
+    """A slope of a slope at places close together and far apart, and at every so many samples."""
+    n = 3 * BLOCK + 11
+    x = np.random.default_rng(6).standard_normal(n).cumsum()
+    slope = Slope(Slope(x, 10.0), 10.0)
+    whole = slope[:]
+    near = np.arange(0, 900, 7)
+    places = np.concatenate([near, [BLOCK - 1, BLOCK, n - 2, n - 1]])
+    for channel in (slope, whole):
+        np.testing.assert_array_equal(picked(channel, places), whole[places])
+        assert picked(channel, places[:0]).shape == (0,)
+    np.testing.assert_array_equal(slope[5::20_000], whole[5::20_000])
 
 
 def test_gaps_are_bridged_block_by_block_as_all_at_once() -> None:

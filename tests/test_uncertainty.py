@@ -15,7 +15,7 @@ from stribeck.identify.card import Card
 from stribeck.identify.parameters import Parameters
 from stribeck.identify.uncertainty.assessment import uncertainty
 from stribeck.identify.uncertainty.blind_directions import directions, percent
-from stribeck.identify.uncertainty.covariance import correlation_time
+from stribeck.identify.uncertainty.covariance import correlation_time, long_run_variance
 from stribeck.identify.uncertainty.estimates import range_end
 from stribeck.identify.uncertainty.posterior import posterior
 from stribeck.identify.uncertainty.profile import IntervalEnd, Profile, profiles
@@ -92,6 +92,19 @@ def test_the_end_of_a_range_is_one_of_its_scale() -> None:
     stiffness = Param("sigma_0", 1.0, 1e7, log=True)
     assert [range_end(x, stiffness) for x in (1.001, 3237.0, 9.9e6)] == ["lower", None, "upper"]
     assert [range_end(x, RANGE) for x in (0.009, 0.02, 9.995)] == ["lower", None, "upper"]
+
+
+@pytest.mark.parametrize(("n", "reach"), [(40, 7), (40, 1), (5, 9), (7, 7), (1, 3)])
+def test_a_long_run_variance_weighs_products_by_their_lag(n: int, reach: int) -> None:
+    """Over windows and over pairs of rows it is the same: Newey and West's 1 - lag / reach."""
+    rng = np.random.default_rng(n + reach)
+    logs = [rng.standard_normal((2, n)), rng.standard_normal((2, n + 3)), np.empty((2, 0))]
+    total = np.zeros(2)
+    for log in logs:
+        for i in range(log.shape[1]):
+            for j in range(log.shape[1]):
+                total += max(1 - abs(i - j) / reach, 0.0) * log[:, i] * log[:, j]
+    np.testing.assert_allclose(long_run_variance(logs, reach), total, rtol=1e-10)
 
 
 def test_correlation_alone_demotes_nobody() -> None:
