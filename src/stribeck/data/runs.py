@@ -24,4 +24,5 @@ def within(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     change = np.zeros(len(marked) + 1, dtype=np.int8)
     change[starts[np.r_[True, apart]] if len(starts) else starts] = 1
     change[stops[np.r_[apart, True]] if len(stops) else stops] = -1
-    return np.cumsum(change[:-1], dtype=np.int8).view(np.bool_)
+    np.cumsum(change, out=change)  # of a long log each mask is a byte a row
+    return change[:-1].view(np.bool_)

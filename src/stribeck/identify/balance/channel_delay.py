@@ -428,9 +428,10 @@ def _slopes(solution: Balance, lag: float, reach: float) -> Array:
     force_slope: Array = (after - before) / (2.0 * reach)
     seen = np.isfinite(np.diag(solution.covariance))
     slopes = np.zeros(len(solution.system.free))
-    prior = solution.system.free_prior[:, seen]
-    J = np.vstack([solution.jacobian[:, seen], prior])
-    force_slope = np.append(force_slope, np.zeros(len(prior)))
-    lengths = np.linalg.norm(J, axis=0)
-    slopes[seen] = np.linalg.lstsq(J / lengths, force_slope, rcond=None)[0] / lengths
+    W, prior = solution.jacobian, solution.system.free_prior
+    W = W if seen.all() else W[:, seen]
+    if len(prior):
+        W = np.vstack([W, prior[:, seen]])
+        force_slope = np.append(force_slope, np.zeros(len(prior)))
+    slopes[seen] = variable_projection.least_squares(W, force_slope)
     return slopes

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...data.alignment import Delay
+from ...data.freed_memory import release
 from ...data.ranges import Range
 from ...data.recording import Recording
 from ...errors import InputError
@@ -97,6 +98,7 @@ def solve_balance(
     checks = check_balance(synchrony, differing, bias)
 
     def seen(judged: Sequence[Estimate]) -> Effects:
+        release()
         return effects(balance_rows(solved, judged, bias))
 
     return balance_fit(

@@ -123,7 +123,9 @@ def columns(solution: Balance) -> tuple[Array, Array]:
     p[system.linear] = 0.0
     used = W[:, linear + shape]
     lengths = np.linalg.norm(used, axis=0)
-    return used[:, lengths > 0] / lengths[lengths > 0], system.predicted(p[None])[:, 0]
+    used = used if lengths.all() else used[:, lengths > 0]
+    used /= lengths[lengths > 0]
+    return used, system.predicted(p[None])[:, 0]
 
 
 def _sums(log: Log, rows: NDArray[np.intp], W: Array, rest: Array, lags: Array) -> LagSums:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -45,8 +46,7 @@ class System:
         self.free = parameters.free_places
         self.linear = [i for i in self.free if parameters.every[i].name in linear]
         self.shape = [i for i in self.free if i not in self.linear]
-        forces = [log.force for log in logs]
-        self.y = forces[0] if len(forces) == 1 else np.concatenate(forces)
+        self.y = stacked([log.force for log in logs])
         self.prior = np.zeros((0, len(self.linear))) if prior is None else prior
         self._kept: dict[bytes, tuple[Array, Array]] = {}
         self._limits = self._linear_limits()
@@ -95,7 +95,7 @@ class System:
         return self._predicted(p)
 
     def _predicted(self, p: Array) -> Array:
-        return np.concatenate([log.thin(self._forces(log, p)) for log in self.logs])
+        return stacked([log.thin(self._forces(log, p)) for log in self.logs])
 
     def _forces(self, log: Log, p: Array) -> Signal:
         own = len(self.law.params)
@@ -111,12 +111,12 @@ class System:
 
     def at_lags(self, lags: Array) -> Array:
         """The force that was measured so many seconds later than the motion, (rows, lags)."""
-        return np.concatenate([log.thin(partial(_force_at_lags, log, lags)) for log in self.logs])
+        return stacked([log.thin(partial(_force_at_lags, log, lags)) for log in self.logs])
 
     @property
     def known(self) -> Array:
         """The known force that is taken off the measured one, (rows,)."""
-        return np.concatenate([log.thin(partial(_known, log)) for log in self.logs])
+        return stacked([log.thin(partial(_known, log)) for log in self.logs])
 
     def least_squares(self, force: Array, p: Array) -> float:
         """The least sum of squares about a force, (rows,), for the shape of a complete set."""
@@ -222,6 +222,11 @@ class System:
             f = self.predicted(self.parameters.full(shifted))
             J[:, self.free.index(i)] = (f[:, 0] - f[:, 1]) / (2 * step[0, 0])
         return J
+
+
+def stacked(parts: Sequence[Array]) -> Array:
+    """The rows of all logs, (rows, ...); of a single one no copy."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _force_at_lags(log: Log, lags: Array, at: Samples) -> Array:

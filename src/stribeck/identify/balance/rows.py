@@ -251,6 +251,7 @@ def _log(
     chosen[slice(None) if rows is None else rows] = True
     thin = kept(len(v), factor)
     counts = log.counts(chosen, slice(first + thin.start, len(log.t) - last, factor))
+    del chosen
     counts &= np.abs(v[thin]) >= filtering.slowest
     unsure = np.zeros(len(v), dtype=bool)
     if not filtering.reversals:

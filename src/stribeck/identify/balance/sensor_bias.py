@@ -23,6 +23,7 @@ from ...units import unit
 from ..conditions import Violation
 from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
+from . import variable_projection
 from .balance import prediction
 from .regression import System
 from .rows import filtered_logs
@@ -210,12 +211,8 @@ def _move(
     J = system.jacobian(solved.values)
     r = system.y - system.predicted(solved.values[None])[:, 0]
     seen = np.isfinite(np.diag(solved.covariance))
-    columns = J[:, seen]
-    lengths = np.linalg.norm(columns, axis=0)
-    lengths[lengths == 0] = 1.0
-    columns /= lengths
     move = np.zeros(J.shape[1])
-    move[seen] = np.linalg.lstsq(columns, r, rcond=None)[0] / lengths
+    move[seen] = variable_projection.least_squares(J if seen.all() else J[:, seen], r)
     return move
 
 

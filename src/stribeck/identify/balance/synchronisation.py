@@ -243,6 +243,8 @@ def synchronised(
     filtered: ChannelFilter | None = None
     looked: ChannelDelay | None = None
     for _ in range(_PASSES):
+        if looked is not None:
+            del recordings, rows, solved  # before those of the moved logs are made
         moved = data.advanced(parameters.rig, applied)
         recordings, rows, solved = _solved(parameters, moved)
         left = channel_delay(solved)
@@ -257,7 +259,6 @@ def synchronised(
         if said != "auto" or (filtered is not None and filtered.ratio < CLEARLY):
             break
         applied += left.seconds
-        del recordings, rows, solved  # before those of the moved logs are made
     undecided = False
     if said == "auto" and moved.delay != data.delay and looked is not None:
         whole = _whole(moved.delay - data.delay, left, looked)
