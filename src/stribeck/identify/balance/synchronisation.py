@@ -242,11 +242,9 @@ def synchronised(
     applied, known = (0.0, None) if isinstance(said, str) else said
     filtered: ChannelFilter | None = None
     looked: ChannelDelay | None = None
-    for _ in range(_PASSES):
-        if looked is not None:
-            del recordings, rows, solved  # before those of the moved logs are made
-        moved = data.advanced(parameters.rig, applied)
-        recordings, rows, solved = _solved(parameters, moved)
+    moved = data.advanced(parameters.rig, applied)
+    recordings, rows, solved = _solved(parameters, moved)
+    for passes_left in reversed(range(_PASSES)):
         left = channel_delay(solved)
         release()
         if certain(left):
@@ -258,7 +256,12 @@ def synchronised(
             filtered = channel_filter(solved, left.seconds)
         if said != "auto" or (filtered is not None and filtered.ratio < CLEARLY):
             break
+        if not passes_left:  # a delay that is left after so many is told
+            break
         applied += left.seconds
+        del recordings, rows, solved  # before those of the moved logs are made
+        moved = data.advanced(parameters.rig, applied)
+        recordings, rows, solved = _solved(parameters, moved)
     undecided = False
     if said == "auto" and moved.delay != data.delay and looked is not None:
         whole = _whole(moved.delay - data.delay, left, looked)
