@@ -224,9 +224,16 @@ def test_what_was_begun_before_a_redraw_goes_on_behind_it(
         w.page.keyboard.type("3")
         assert w.page.input_value("#main input.short >> nth=0") == "123"
 
+        w.page.keyboard.press("Tab")
+        other.until("document.querySelector('#main input.short').value === '123'")
+        other.page.click("#main input.short >> nth=0")  # and nothing is typed there
+        w.page.fill("#main input.short >> nth=0", "77")
+        w.page.keyboard.press("Tab")
+        other.until("document.querySelector('#main input.short').value === '77'")
+        assert other.page.evaluate("document.activeElement.matches('#main input.short')")
+
         with w.page.expect_file_chooser() as chosen:
             w.page.click("#rig-file")
-        other.until("document.querySelector('#main input.short').value === '123'")
         other.page.click(exact)
         w.page.wait_for_selector(f"{exact}:checked")
         chosen.value.set_files(str(file))

@@ -26,6 +26,7 @@ export function h(tag, attributes = {}, ...children) {
     else element.setAttribute(name, value === true ? "" : value);
   }
   element.append(...shown(children));
+  element.drawn = element.value;
   return element;
 }
 
@@ -77,8 +78,12 @@ function assign(element, fresh) {
   for (const [name, listener] of Object.entries(fresh.heard ?? {})) hear(element, name, listener);
   merge(element, fresh);
   if (element.type === "checkbox" || element.type === "radio") element.checked = fresh.checked;
-  else if (element.matches("select") || (element.matches("input:not([type=file])") && element !== document.activeElement)) element.value = fresh.value;
+  else if (element.matches("select") || (element.matches("input:not([type=file])") && !isHalfTyped(element))) element.value = fresh.value;
+  element.drawn = fresh.drawn;
 }
+
+// Whether somebody is at a text and has changed it since it was drawn.
+const isHalfTyped = (element) => element === document.activeElement && element.value !== element.drawn;
 
 // A button with words.
 export const button = (key, onclick, attributes = {}) =>
