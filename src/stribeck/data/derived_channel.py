@@ -98,7 +98,7 @@ class Slope:
             near = at[inner, None] + np.arange(-reach, reach + 1)
             x = self.channel[near.ravel()].reshape(near.shape)
             rises = x[:, reach + 1 :] - x[:, reach - 1 :: -1]
-            slope[inner] = rises @ (_WEIGHTS[self.accuracy] * self.rate)
+            slope[inner] = (rises * (_WEIGHTS[self.accuracy] * self.rate)).sum(axis=1)
         return slope
 
     def _at_ends(self, at: NDArray[np.intp]) -> Array:

@@ -98,7 +98,7 @@ def solve_balance(
     checks = check_balance(synchrony, differing, bias)
 
     def seen(judged: Sequence[Estimate]) -> Effects:
-        release()
+        release(solved.system.samples)
         return effects(balance_rows(solved, judged, bias))
 
     return balance_fit(

@@ -56,6 +56,11 @@ class System:
             if self.law.states and i in self.shape and j in self.shape
         ]
 
+    @property
+    def samples(self) -> int:
+        """Of all logs, before they are decimated."""
+        return sum(len(log) for log in self.logs)
+
     def full(self, linear: Array, shape: Array) -> Array:
         """(n, linear) and (n, shape) values to (n, k) complete sets."""
         x = np.empty((len(linear), len(self.free)))

@@ -200,7 +200,7 @@ def _move(
 ) -> Array:
     """By how much the free parameters move with the error added once more, (free,)."""
     parameters = solved.system.parameters
-    release()  # what a balance and its delay took
+    release(solved.system.samples)  # what a balance and its delay took
     system = System(parameters, rows_of(
         filtered_logs(
             [_noisier(log, solved.system.filtering, rng) for log in recordings],

@@ -246,7 +246,7 @@ def synchronised(
     recordings, rows, solved = _solved(parameters, moved)
     for passes_left in reversed(range(_PASSES)):
         left = channel_delay(solved)
-        release()
+        release(solved.system.samples)
         if certain(left):
             left = _confirmed(left, solved, recordings, rows)
         looked = looked or left
