@@ -1,9 +1,11 @@
 """A fleet of simulated axes: killed and resumed, on every engine, and how fast its store is.
 
     python benchmarks/fleet.py [--axes N] [--quick]
+    python benchmarks/fleet.py --turns 3 --axes 300
 
 A fifth of the logs are bad. Writes benchmarks/fleet.json. Wall-clock times say little on a machine
-that others use too, so processor times of all processes stand beside them.
+that others use too, so processor times of all processes stand beside them. With `--turns` one and
+two Dask workers are measured in turn, so often, and nothing else.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -120,12 +123,40 @@ def store(job: AxisJob, folder: Path) -> dict[str, float]:
     return result
 
 
+def in_turns(axes: int, turns: int) -> dict[str, Any]:
+    """Wall-clock seconds of a fleet on one and on two Dask workers, one after the other."""
+    seconds: list[dict[str, float]] = []
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        manifest = folder / "fleet.csv"
+        pl.DataFrame(list(simulated_fleet(folder, axes))).write_csv(manifest)
+        for turn in range(turns):
+            walls: dict[str, float] = {}
+            for workers in (1, 2):
+                out = folder / f"{turn}-{workers}"
+                with cluster(workers) as engine:
+                    few = pl.read_csv(manifest).head(2 * workers)
+                    fleet(few, out / "warm", engine=engine)
+                    _, taken = timed(partial(fleet, manifest, out, engine=engine))
+                walls[str(workers)] = taken["wall"]
+            print(walls, flush=True)
+            seconds.append(walls)
+    ratios = [walls["1"] / walls["2"] for walls in seconds]
+    return {"axes": axes, "seconds": seconds, "median ratio": round(float(np.median(ratios)), 2)}
+
+
 def main() -> None:
     """Measure and write."""
     parse = argparse.ArgumentParser(description=__doc__)
     parse.add_argument("--axes", type=int, default=1000)
     parse.add_argument("--quick", action="store_true", help="24 axes, and nothing is written")
+    parse.add_argument("--turns", type=int, default=0, help="of one and two Dask workers alone")
     options = parse.parse_args()
+    if options.turns:
+        document = json.loads(OUT.read_text(encoding="utf-8"))
+        document["dask in turns"] = in_turns(options.axes, options.turns)
+        OUT.write_text(f"{json.dumps(document, indent=1)}\n", encoding="utf-8")
+        return
     axes = 24 if options.quick else options.axes
     if options.quick:
         globals().update(KILLS=2, RECORDS=(50, 200))
