@@ -12,6 +12,7 @@ import json
 import os
 import re
 import signal
+from functools import cache
 from importlib import import_module
 from importlib.metadata import version
 from queue import SimpleQueue
@@ -103,8 +104,12 @@ def errand(text: str, needs: str) -> str:
     return answer(text)
 
 
+@cache
 def software() -> str:
-    """What the numbers of a record hang on: where it is equal, so are the records."""
+    """What the numbers of a record hang on: where it is equal, so are the records.
+
+    Looked up once, as this process loaded it: the lookup takes as long as a small job's way.
+    """
     libraries = (f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     return ", ".join([f"stribeck {__version__}", *libraries])
 
