@@ -131,6 +131,8 @@ IDENTIFY = [
     # constants and parameters
     (["up.csv", "--set", "nope=1"], ["--set nope", "F_fm", "F_S"]),
     (["up.csv", "--set", "F_fm=abc"], ["--set F_fm", "'abc'"]),
+    (["up.csv", "--set", "F_S=100±5"], ["--set F_S", "only constants have tolerances"]),
+    (["up.csv", "--set", "f_s=100"], ["--set f_s", "is F_S meant?"]),
     (["up.csv", "--set", "F_fm=20 N"], ["--set F_fm", "'20 N'"]),
     (["up.csv", "--set", "F_fm=inf"], ["--set F_fm", "finite"]),
     (["up.csv", "--set", "ramp_speed=nan"], ["--set ramp_speed", "finite"]),

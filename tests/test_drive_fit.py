@@ -136,6 +136,7 @@ def test_a_rig_file_has_a_drive(tmp_path: Path) -> None:
         ({"gear": 1.0}, 1.0, "no single factor"),
         ({}, 10.0, "10 between % and ‰"),
         ({}, 2**-0.5, "the root of 2 between rms and peak"),
+        ({}, 1.5, "no single factor"),  # which is within 6 % of the root of 2
     ],
 )
 def test_a_factor_too_many_or_too_few_shows_in_a_known_mass(

@@ -100,6 +100,9 @@ def test_what_is_said_of_many_logs_is_said_once() -> None:
             "b.csv: 90 % of the intervals last 3.5 to 7 ms",
             "b.csv: 2 samples were dropped",
             "J is 4 times the noise: look again",
+            "c.csv: 12 empty Current_J0 values interpolated",
+            "c.csv: 15 empty Current_J1 values interpolated",
+            "c.csv: 12 empty Current_J2 values interpolated",
         ]
     )
     assert lines == [
@@ -107,6 +110,7 @@ def test_what_is_said_of_many_logs_is_said_once() -> None:
         "a.csv: 90 % of the intervals last 3.4 to 5.4 ms (and much the same of 1 more log)",
         "b.csv: 2 samples were dropped",
         "J is 4 times the noise: look again",
+        "c.csv: 12 empty Current_J0 values interpolated (and 2 more like it)",
     ]
 
 

@@ -28,6 +28,8 @@ MEASURED, PLAIN, ENDS, COMMANDED = range(4)
         ("Drehzahlsollwert [1/min]", {}),
         ("Momentenistwert", {"force": MEASURED}),
         ("Stromistwert [A]", {"current": MEASURED}),
+        ("Antriebskraft [N]", {"force": PLAIN}),
+        ("Thrust [N]", {"force": PLAIN}),
         ("Achse1.Istposition", {"position": ENDS}),
         # Romance languages, with and without accents
         ("position mesurée [mm]", {"position": MEASURED}),

@@ -323,3 +323,18 @@ def test_criteria_by_hand() -> None:
 def test_what_cannot_be_compared_is_refused(options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         select(log(PLAIN), rig="forced", **options)
+
+
+def test_residuals_that_alternate_are_no_sign_of_what_is_left_out() -> None:
+    """An exact law under the noise of a position, which is differentiated twice."""
+    rng, t = np.random.default_rng(8), np.arange(20_000) / 1000.0
+    w, w2 = 2 * np.pi * 0.5, 2 * np.pi * 0.13
+    v = 0.05 * w * np.cos(w * t) + 0.03 * w2 * np.cos(w2 * t)
+    a = -0.05 * w**2 * np.sin(w * t) - 0.03 * w2**2 * np.sin(w2 * t)
+    x = 0.05 * np.sin(w * t) + 0.03 * np.sin(w2 * t) + 2e-6 * rng.standard_normal(len(t))
+    force = 25 * np.sign(v) + 40 * v + 12 * a + 0.3 * rng.standard_normal(len(t))
+    recording = Recording(t=t, position=x, force=force)
+    selection = select(recording, rig="forced", laws=["coulomb-viscous", "stribeck"])
+    (told,) = [line for line in selection.sentences if "residuals" in line]
+    assert told.startswith("Training residuals alternate")
+    assert "no sign of what is left out by coulomb-viscous" in told

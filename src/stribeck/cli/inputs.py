@@ -165,7 +165,8 @@ def with_constants(
     for name in (n for n, _ in texts if n not in names):
         refuse_without_drive(name, rig.name)
     constants = {n: toleranced(text, f"--set {n}") for n, text in texts if n in names}
-    held = {n: number(text, f"--set {n}") for n, text in texts if n not in names}
+    alone = "a number: a parameter is held at one, and only constants have tolerances"
+    held = {n: number(text, f"--set {n}", kind=alone) for n, text in texts if n not in names}
     return (rig.exact() if exact else rig).set(**constants), held
 
 
@@ -178,9 +179,12 @@ def check_held(rig: Rig, law: str, held: Sequence[str]) -> None:
     names = [q.name for q in rig.parameters(law_named(law))]
     allowed = {*names, *map(rig.label, names)}
     if strange := [n for n in held if n not in allowed]:
+        known = [*(c.name for c in rig.constants), *names]
+        alike = [n for n in known if n.lower() == strange[0].lower()]
+        meant = f" (is {alike[0]} meant?)" if alike else ""
         raise InputError(
-            f"--set {strange[0]}: rig {rig.name} has no such constant or parameter: it has "
-            f"{', '.join([*(c.name for c in rig.constants), *names])}"
+            f"--set {strange[0]}: rig {rig.name} has no such constant or parameter{meant}: it has "
+            f"{', '.join(known)}"
         )
 
 

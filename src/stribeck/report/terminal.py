@@ -81,12 +81,17 @@ def gathered(sentences: Sequence[str]) -> list[str]:
         names_log = colon and not re.search(r"\s", log) and "." in log  # the name of a file
         key = re.sub(r"\d+(\.\d+)?", "#", rest) if names_log else sentence
         alike.setdefault(key, []).append(sentence)
-    return [
-        first
-        if not more
-        else f"{first} (and much the same of {len(more)} more log{'s' * (len(more) > 1)})"
-        for first, *more in alike.values()
-    ]
+    return [_first_of(some) for some in alike.values()]
+
+
+def _first_of(sentences: Sequence[str]) -> str:
+    """The first of sentences that differ in the log or in numbers only, and how many follow."""
+    first, *more = sentences
+    if not more:
+        return first
+    if len({sentence.partition(": ")[0] for sentence in sentences}) == 1:  # of one log
+        return f"{first} (and {len(more)} more like it)"
+    return f"{first} (and much the same of {len(more)} more log{'s' * (len(more) > 1)})"
 
 
 def show_time(clock: Stopwatch) -> None:

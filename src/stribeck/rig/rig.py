@@ -20,6 +20,7 @@ from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
+from ..wording import option
 from .composition import POSITION, Block
 from .controller import Controller
 from .equation import Equation
@@ -164,7 +165,10 @@ class Rig:
             if c.name == name:
                 return c.value
         refuse_without_drive(name, self.name)
-        raise InputError(f"rig {self.name} has no constant {name!r}: it has {self._constants()}")
+        raise InputError(
+            f"rig {self.name} has no constant {name!r}: it has {self._constants()}; a parameter is "
+            f"held by {option('fixed', {name: 'VALUE'})}"
+        )
 
     def set(self, **values: Stated) -> Self:
         """The same rig with constants of the user's, in the units it shows.

@@ -15,8 +15,9 @@ from ..parameters import Parameters
 from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.estimates import Estimate
 
-#: A ratio of masses is a factor of the chain if it is so close to it.
-CLOSE = 0.06
+#: A ratio of masses is a factor of the chain if it is as close to it as it is known, which is no
+#: closer than the first of these shares and no farther than the second.
+NEAREST, CLOSE = 0.01, 0.06
 #: Masses are told to differ beyond this share, and beyond the tolerances of both.
 DIFFERS = 0.1
 #: The mass (moment of inertia) of a force balance.
@@ -45,7 +46,8 @@ def mass_violations(
     ratio = e.value / mass
     if not beyond or abs(ratio - 1) <= DIFFERS:
         return []
-    factor = _factor(chain, ratio)
+    within = max(half / e.value, HALF_WIDTH * sd / mass, NEAREST)
+    factor = _factor(chain, ratio, min(within, CLOSE))
     rotor = f" with the rotor's {chain.rotor_mass:.3g}" if chain.rotor_mass else ""
     sentence = (
         f"the balance gives {e.name} = {e.value:.4g} {e.unit} where {mass:.4g} is known{rotor}: "
@@ -96,8 +98,8 @@ def _mass(parameters: Parameters, estimates: Sequence[Estimate]) -> Estimate | N
     return next((e for q, e in pairs if q.name == _MASS and q.name in free), None)
 
 
-def _factor(chain: DriveChain, ratio: float) -> str:
-    """What a ratio is of the chain's own factors, in words; empty if it is none."""
+def _factor(chain: DriveChain, ratio: float, within: float) -> str:
+    """What a ratio, known within a share, is of the chain's factors; empty if it is none."""
     factors = {name: abs(factor) for name, factor in chain.factors().items()}
     factors |= {
         "all of the chain": abs(chain.gain),
@@ -108,7 +110,7 @@ def _factor(chain: DriveChain, ratio: float) -> str:
     }
     for name, factor in factors.items():
         for power, words in ((1, "applied twice"), (-1, "left out")):
-            close = abs(math.log(ratio) - power * math.log(factor)) <= CLOSE
+            close = abs(math.log(ratio) - power * math.log(factor)) <= within
             if close and abs(math.log(factor)) > 2 * CLOSE:
                 return (
                     f"that is {name} ({factor:.4g}), as if it were {words}: check the [drive] table"

@@ -249,6 +249,13 @@ def _colour(laws: Sequence[Candidate]) -> str:
     white = [c for c in laws if abs(c.white.lag_1) < _LAG and c.white.time < _TIME]
     if white:
         return f"Training residuals pass as white: {', '.join(c.name for c in white)}."
+    alternating = [c for c in laws if c.white.lag_1 <= -_LAG and c.white.time < _TIME]
+    if alternating:
+        return (
+            "Training residuals alternate, as differentiated noise does (neighbours correlate by "
+            f"{min(c.white.lag_1 for c in alternating):.2f}): no sign of what is left out by "
+            f"{', '.join(c.name for c in alternating)}."
+        )
     best = min(laws, key=lambda c: c.white.time)
     return (
         "No law leaves white residuals: neighbours correlate by "
