@@ -27,7 +27,11 @@ def run(notebook: Path, folder: Path) -> Any:
     """A notebook with the outputs of its cells, and without what differs from run to run."""
     document: Any = nbformat.read(notebook, as_version=4)  # type: ignore[no-untyped-call]
     resources = {"metadata": {"path": str(folder)}}
-    NotebookClient(document, timeout=PATIENCE, kernel_name="python3", resources=resources).execute()
+    # A kernel sends what was printed whenever its timer says so: what belongs together is joined.
+    NotebookClient(
+        document, timeout=PATIENCE, kernel_name="python3", resources=resources,
+        coalesce_streams=True,
+    ).execute()  # fmt: skip
     document.metadata = {
         "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}
     }
