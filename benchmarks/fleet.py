@@ -123,13 +123,19 @@ def store(job: AxisJob, folder: Path) -> dict[str, float]:
     return result
 
 
+def fleet_manifest(folder: Path, axes: int) -> Path:
+    """The manifest of so many simulated axes, whose logs lie beside it."""
+    manifest = folder / "fleet.csv"
+    pl.DataFrame(list(simulated_fleet(folder, axes))).write_csv(manifest)
+    return manifest
+
+
 def in_turns(axes: int, turns: int) -> dict[str, Any]:
     """Wall-clock seconds of a fleet on one and on two Dask workers, one after the other."""
     seconds: list[dict[str, float]] = []
     with TemporaryDirectory() as place:
         folder = Path(place)
-        manifest = folder / "fleet.csv"
-        pl.DataFrame(list(simulated_fleet(folder, axes))).write_csv(manifest)
+        manifest = fleet_manifest(folder, axes)
         for turn in range(turns):
             walls: dict[str, float] = {}
             for workers in (1, 2):
@@ -164,8 +170,7 @@ def main() -> None:
     same: dict[str, bool] = {}
     with TemporaryDirectory() as place:
         folder = Path(place)
-        manifest = folder / "fleet.csv"
-        pl.DataFrame(list(simulated_fleet(folder, axes))).write_csv(manifest)
+        manifest = fleet_manifest(folder, axes)
         fleet(pl.read_csv(manifest).head(1), folder / "warm")  # compiles what is not compiled yet
 
         def run(name: str, engine: str) -> None:

@@ -30,6 +30,7 @@ MEASURED, PLAIN, ENDS, COMMANDED = range(4)
         ("Stromistwert [A]", {"current": MEASURED}),
         ("Antriebskraft [N]", {"force": PLAIN}),
         ("Thrust [N]", {"force": PLAIN}),
+        ("Friction_force [N]", {"force": ENDS}),  # a result: what is called force comes before it
         ("Achse1.Istposition", {"position": ENDS}),
         # Romance languages, with and without accents
         ("position mesurée [mm]", {"position": MEASURED}),

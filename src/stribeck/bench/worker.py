@@ -108,7 +108,7 @@ def errand(text: str, needs: str) -> str:
 def software() -> str:
     """What the numbers of a record hang on: where it is equal, so are the records.
 
-    Looked up once, as this process loaded it: the lookup takes as long as a small job's way.
+    Looked up once: what a process has loaded stays what it is.
     """
     libraries = (f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     return ", ".join([f"stribeck {__version__}", *libraries])

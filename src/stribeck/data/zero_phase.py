@@ -121,8 +121,8 @@ def _filtered(
 def _cascade(sections: Array, x: Array, state: Array, backwards: bool) -> None:
     """Columns (n, k) through second-order sections in place (direct form II, transposed).
 
-    Four sections in a row are one loop, whose states stay in registers; what is missing of four
-    passes everything on.
+    Four sections in a row are one loop over the samples of a column; what is missing of four passes
+    everything on.
 
     Args:
         sections: (s, 6).

@@ -20,9 +20,9 @@ _NAMES = {
     "acceleration": "acceleration accel acc a qdd ddq qddot q_ddot ddx xddot x_ddot "
     "beschleunigung accelerazione aceleracion 加速度",
     "force": "force f torque tau trq moment effort load_force joint_torque motor_torque "
-    "motor_force drive_force feed_force cylinder_force actuator_force axial_force friction_force "
+    "motor_force drive_force feed_force cylinder_force actuator_force axial_force "
     "drive_torque thrust thrust_force kraft antriebskraft motorkraft vorschubkraft zylinderkraft "
-    "reibkraft reibmoment drehmoment motormoment motordrehmoment antriebsmoment "
+    "drehmoment motormoment motordrehmoment antriebsmoment "
     "antriebsdrehmoment couple coppia forza par fuerza "
     "转矩 力矩 扭矩 トルク 推力",
     "current": "current i iq i_q motor_current strom motorstrom courant corrente corriente "

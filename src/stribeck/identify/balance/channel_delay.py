@@ -30,7 +30,7 @@ from . import variable_projection
 from .lag_evidence import ratios, searched_errors
 from .lag_search import LagSums, best_lags, columns, lag_sums
 from .modelled_force import force_signal
-from .regression import System
+from .regression import System, stacked
 
 if TYPE_CHECKING:
     from ...data.derived_channel import SampledChannel
@@ -389,7 +389,7 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     p[[system.free[k] for k in linear]] = variable_projection.least_squares(W, force)
     del J, W, force
     models = [force_signal(system.rig, system.law, log, p) for log in system.logs]
-    return np.concatenate([
+    return stacked([
         log.thin(partial(_slope, log, model))
         for log, model in zip(system.logs, models, strict=True)
     ])  # fmt: skip

@@ -34,13 +34,13 @@ from .cut_off_voltage import cut_off_voltage
 from .modelled_force import force_signal
 from .path_error import path_shifts
 from .presliding_shown import stiffness_unseen
+from .regression import System, stacked
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
     from ..log_spread import LogSpreads
     from ..parameters import Parameters
     from ..uncertainty.estimates import Estimate
-    from .regression import System
     from .rows import Log, Rows
     from .sensor_bias import SensorBias
     from .synchronisation import Synchronised
@@ -257,7 +257,7 @@ def gravity(system: System, solution: balance.Balance) -> str:
         return ""
     W, r = _basis(solution), solution.residuals
     turn = [
-        np.concatenate([log.thin(partial(_of_position, log, f)) for log in system.logs])
+        stacked([log.thin(partial(_of_position, log, f)) for log in system.logs])
         for f in (np.sin, np.cos)
     ]
     without, with_gravity = (

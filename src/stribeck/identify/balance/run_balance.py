@@ -33,6 +33,7 @@ from .constant_slopes import constant_slopes
 from .force_balance import SolvedLogs, balance_fit, log_parts
 from .force_residuals import BalanceResiduals
 from .one_way import without_offset
+from .regression import stacked
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -213,7 +214,7 @@ def curves(solved: Balance, judged: Sequence[Estimate]) -> Effects:
     if freedom < FREEDOM or not r @ r > 0:
         return Effects((), (), float("nan"))
     shapes = {
-        name: np.concatenate([log.thin(partial(_shaped, log, shape)) for log in system.logs])
+        name: stacked([log.thin(partial(_shaped, log, shape)) for log in system.logs])
         for name, shape in _shapes(np.concatenate([log.pick(log.v) for log in system.logs])).items()
     }
     tested = {key: _tested(J, r, column, freedom) for key, column in shapes.items()}
