@@ -21,6 +21,7 @@ from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from ..units import unit
 from .initial_state import FreeStartProblem
+from .parameters import Parameters
 from .problem import MotionProblem
 from .uncertainty.linearisation import box_of, linearised
 
@@ -60,6 +61,10 @@ class FreeConstantsProblem:
     def on(self, rig: Rig) -> FreeConstantsProblem:
         """The same problem on a rig of the same kind with other constants."""
         return FreeConstantsProblem(self.problem.on(rig), self.constants, self.noise)
+
+    def over(self, parameters: Parameters) -> FreeConstantsProblem:
+        """The same problem over other free parameters or search ranges."""
+        return FreeConstantsProblem(self.problem.over(parameters), self.constants, self.noise)
 
     def thinned(self) -> FreeConstantsProblem:
         """The problem on fewer samples, for a search; itself where its rig or its law needs all."""

@@ -21,6 +21,7 @@ from ..rig import Rig
 from ..rig.motion.track import prefix_sums
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
+from .parameters import Parameters
 from .problem import MotionProblem
 from .segment import Segment
 
@@ -58,6 +59,10 @@ class FreeStartProblem:
         other.problem = self.problem.on(rig)
         other.parameters = other.problem.parameters
         return other
+
+    def over(self, parameters: Parameters) -> FreeStartProblem:
+        """The same problem over other free parameters or search ranges."""
+        return FreeStartProblem(self.problem.over(parameters))
 
     def at(self, x: Array) -> tuple[MotionProblem, Array]:
         """The motion problem from the starts of a point (dim,), and the rest of the point."""

@@ -17,6 +17,7 @@ from .adequacy.neighbours import neighbour_violations
 from .combinations import Combination, combinations
 from .conditions import Violation, lowered, sentences
 from .constants_report import borrowed, with_rulings
+from .contested_values import contested_by_motion
 from .data_check import data_violations, trained_samples
 from .delay_advice import with_delay
 from .exact_constants import Slopes, exact_constants, exact_slopes
@@ -263,7 +264,7 @@ def _log_by_log(solved: _SolvedProblem, answers: Mapping[int, Array]) -> tuple[L
 def _refits(
     solved: _SolvedProblem, judged: Sequence[Estimate], *, rough: bool
 ) -> tuple[list[Violation], int]:
-    """What refits with a drift or another loss, and motions beside it tell; and the rows evaluated.
+    """What refits and motions beside it tell; and the rows evaluated.
 
     Args:
         solved: The fit.
@@ -272,7 +273,10 @@ def _refits(
             that tip are looked for.
     """
     problem, x, optimum = solved.problem, solved.x, solved.optimum
-    refits = [drift_violations(problem, x, judged)]
+    refits = [
+        contested_by_motion(optimum.problem, solved.uncertain.x, judged),
+        drift_violations(problem, x, judged),
+    ]
     motion = problem.at(x)[0] if isinstance(problem, FreeStartProblem) else problem
     refits.append(hidden_play(motion, x[: len(motion.parameters.free)], rough=rough))
     if rough:

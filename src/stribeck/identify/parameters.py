@@ -153,6 +153,12 @@ class Parameters:
         free = tuple(q for q in self.free if q.name not in values)
         return replace(self, free=free, fixed={**self.fixed, **values})
 
+    def freeing(self, name: str) -> Parameters:
+        """The same with a parameter free that is held."""
+        names = {q.name for q in self.free} | {name}
+        free = tuple(q for q in self.every if q.name in names)
+        return replace(self, free=free, fixed={n: x for n, x in self.fixed.items() if n != name})
+
     def values(self, p: Array) -> dict[str, float]:
         """One complete parameter set by name."""
         return {q.name: float(v) for q, v in zip(self.every, p, strict=True)}

@@ -225,7 +225,7 @@ class MotionProblem:
         return {} if self.weights is None else self.weights.dof
 
     def over(self, parameters: Parameters) -> MotionProblem:
-        """The same problem over other search ranges."""
+        """The same problem over other free parameters or search ranges."""
         other = copy(self)
         other.parameters, other.space = parameters, Space(parameters.free)
         return other

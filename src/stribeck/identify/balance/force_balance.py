@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ..adequacy.effects import Effects, effects
 from ..adequacy.generalisation import held_out_violations
 from ..adequacy.neighbours import neighbour_violations
 from ..conditions import lowered, sentences
+from ..contested_values import FreedValue, contested
 from ..data_split import DataSplit
 from ..exact_constants import Slopes, exact_constants, scale
 from ..held_out_scope import held_out_scope
@@ -38,6 +39,7 @@ from .balance import Balance
 from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
+from .contested_force import contested_by_force
 from .counted_twice import twice_violations
 from .force_residuals import BalanceResiduals
 from .known_load import load_notes
@@ -73,6 +75,19 @@ def solve_balance(
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
     """
+
+    def solve(parameters: Parameters) -> SolvedLogs:
+        return _solved(parameters, data, draws, delay, velocity)
+
+    logs = solve(parameters)
+    contest = contested_by_force(parameters, logs.solved, lambda freed: balance_fit(solve(freed)))
+    return balance_fit(replace(logs, freed=contest))
+
+
+def _solved(
+    parameters: Parameters, data: DataSplit, draws: int, delay: Delay, velocity: VelocitySource
+) -> SolvedLogs:
+    """The force balance of `solve_balance` with all that its fit is judged by."""
     synchrony = synchronised(parameters, data, delay, velocity)
     if moves_one_way(synchrony.solved.system):
         without = without_offset(parameters)
@@ -101,11 +116,9 @@ def solve_balance(
         release(solved.system.samples)
         return effects(balance_rows(solved, judged, bias))
 
-    return balance_fit(
-        SolvedLogs(
-            synchrony.data, synchrony.recordings, solved, residuals, uncertain, checks, slopes,
-            differing, seen, bias,
-        )
+    return SolvedLogs(
+        synchrony.data, synchrony.recordings, solved, residuals, uncertain, checks, slopes,
+        differing, seen, bias,
     )  # fmt: skip
 
 
@@ -133,6 +146,7 @@ class SolvedLogs:
         differing: What the logs give one by one.
         effects: What the residual shows of what the model leaves out, of the estimates.
         bias: What the error of the motion has moved the estimates by; None where by nothing.
+        freed: What the logs give for parameters that are set.
     """
 
     data: DataSplit
@@ -145,6 +159,7 @@ class SolvedLogs:
     differing: LogSpreads
     effects: Callable[[Sequence[Estimate]], Effects]
     bias: SensorBias | None = None
+    freed: tuple[FreedValue, ...] = ()
 
 
 def balance_fit(logs: SolvedLogs) -> Fit:
@@ -177,7 +192,9 @@ def balance_fit(logs: SolvedLogs) -> Fit:
     scaled = proportional(parameters, p, slopes)
     score = _score(solved)
     holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
+    contests = (contested(parameters, value, judged) for value in logs.freed)
     violations = (
+        *(violation for violation in contests if violation is not None),
         *one_way_violations(parameters),
         *checks.violations,
         *(() if bias is None else bias.violations(logs.solved, judged)),

@@ -1,0 +1,174 @@
+"""Values that parameters are set to, against what the data give for these once they are free.
+
+A value that is set has no interval, and no condition of a fit asks whether it is right: others
+bend around it, and what it leaves over looks like a delay, a drop of friction or play. So each
+parameter is freed once more beside the fit. The data contest its value where they determine
+another one, and the fit is better for that by more than noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from ..rig.rig import shown_in
+from .adequacy.effects import OF_INTERVAL, OF_VALUE
+from .conditions import Violation
+from .free_constants import FreeConstantsProblem
+from .initial_state import FreeStartProblem
+from .moved_estimates import may_be
+from .polish import polish
+from .uncertainty.assessment import standard_errors
+from .uncertainty.covariance import HALF_WIDTH
+
+if TYPE_CHECKING:
+    from ..space import Array, Param
+    from .parameters import Parameters
+    from .problem import MotionProblem
+    from .uncertainty.estimates import Estimate
+
+#: A value is contested only where the sum of squares falls by this share once it is free, and where
+#: it lies farther away than this share of the greater of both.
+GAIN, APART = 0.05, 0.01
+#: Evaluations of a refit by output error for each unknown.
+ROWS = 15
+
+
+@dataclass(frozen=True)
+class FreedValue:
+    """What the data give for a parameter that is set.
+
+    Args:
+        name: The parameter's.
+        value: Its estimate, SI.
+        low: Lower end of the 95 % interval.
+        high: Upper end.
+        values: All parameters with it free, SI, (k,).
+        misfit: What becomes of the misfit, in words.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    values: Array
+    misfit: str
+
+    def contests(self, fixed: float) -> bool:
+        """Whether it says that the value is another one."""
+        far = abs(self.value - fixed) > APART * max(abs(self.value), abs(fixed))
+        return far and not self.low <= fixed <= self.high
+
+
+def fixed_values(parameters: Parameters) -> dict[str, float]:
+    """The values that are set because someone wants them so, SI, by name: no law's or rig's."""
+    return {
+        q.name: parameters.fixed[q.name]
+        for q in parameters.every
+        if q.fixed is None and q.name in parameters.fixed and q.name not in parameters.held
+    }
+
+
+def contested(
+    parameters: Parameters, freed: FreedValue, judged: Sequence[Estimate]
+) -> Violation | None:
+    """What is told of a value that the data contest, and of estimates that bend around it.
+
+    None if they do not contest it.
+
+    Args:
+        parameters: Of the fit, the value set.
+        freed: What the data give for it.
+        judged: Estimates of the fit, as in `parameters.every`.
+    """
+    fixed = parameters.fixed[freed.name]
+    if not freed.contests(fixed):
+        return None
+    rig = parameters.rig
+    (q,) = (q for q in parameters.every if q.name == freed.name)
+    label, unit = rig.label(q.name), rig.unit_of(q)
+    shown = [float(shown_in(rig, q, x)) for x in (fixed, freed.value, freed.low, freed.high)]
+    at, value, low, high = (f"{x:.5g}" for x in shown)
+    moved = {
+        q.name: may_be(rig, q, e, x)
+        for q, e, x in zip(parameters.every, judged, freed.values.tolist(), strict=True)
+        if e.verdict != "fixed" and _moves(q, e, x)
+    }
+    others = f", and {' and '.join(moved.values())}" if moved else ""
+    sentence = (
+        f"{label} is set to {at} {unit}".rstrip()
+        + f", and the data give {value} ({low} to {high}) {unit}".rstrip()
+        + f": with that {freed.misfit}{others}: leave {label} free, or find out why they differ"
+    )
+    return Violation("constants", sentence, frozenset(moved), caps=bool(moved))
+
+
+def _moves(q: Param, e: Estimate, value: float) -> bool:
+    half = 0.5 * (e.high - e.low)
+    least = max(OF_INTERVAL * half, OF_VALUE * abs(e.value), 1e-9 * (q.upper - q.lower))
+    return abs(value - e.value) > least
+
+
+def contested_by_motion(
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
+    x: Array,
+    judged: Sequence[Estimate],
+) -> tuple[list[Violation], int]:
+    """The values that the motion contests; and the rows evaluated.
+
+    Args:
+        problem: The problem solved, its uncertain constants among the unknowns.
+        x: The fit, SI, (dim,).
+        judged: Its estimates, as in `parameters.every`.
+    """
+    violations, rows = [], 0
+    for name in fixed_values(problem.parameters):
+        freed, spent = _freed(problem, x, name)
+        rows += spent
+        violation = None if freed is None else contested(problem.parameters, freed, judged)
+        violations += [] if violation is None else [violation]
+    return violations, rows
+
+
+def _freed(
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, x: Array, name: str
+) -> tuple[FreedValue | None, int]:
+    """What the motion gives for a parameter that is set, if that explains more; and the rows."""
+    parameters = problem.parameters.freeing(name)
+    dim = len(parameters.free)
+    place = [q.name for q in parameters.free].index(name)
+    start = np.insert(x, place, problem.parameters.fixed[name])
+    parameters = parameters.reaching(start[:dim])
+    freed = problem.over(parameters)
+    each = len(start) + 1
+    before = float(problem(x[None])[0])
+    refit = polish(freed, start, before, ROWS * each)
+    rows = 1 + refit.evaluations
+    if not refit.cost**2 < (1.0 - GAIN) * before**2:
+        return None, rows
+    try:
+        errors, _ = standard_errors(freed, refit.x)
+    except InputError:  # too few rows to tell so many apart
+        return None, rows
+    rows += each
+    value, half = float(refit.x[place]), HALF_WIDTH * float(errors[place])
+    if not np.isfinite(half):
+        return None, rows
+    unit = parameters.rig.unit_shown("position")
+    now, was = _reported(freed, refit.x), _reported(problem, x)
+    misfit = f"J is {now:.3g}, not {was:.3g} {unit}"
+    values = parameters.full(refit.x[None, :dim])[0]
+    return FreedValue(name, value, value - half, value + half, values, misfit), rows
+
+
+def _reported(problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, x: Array) -> float:
+    """The misfit of the motion alone that a fit reports of a point (dim,)."""
+    if isinstance(problem, FreeConstantsProblem):
+        problem, x = problem.at(x)
+    if isinstance(problem, FreeStartProblem):
+        problem, x = problem.at(x)
+    return problem.reported(x)

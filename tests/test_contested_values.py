@@ -1,0 +1,83 @@
+"""Values that a caller sets, against logs that hold other ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stribeck import Fit, identify
+from stribeck.data.recording import Recording
+from test_nested_laws import PLAIN, RIG, log_of
+
+TRUTH = {"F_C": 20.0, "F_V": 30.0, "M": 18.0, "offset": 1.0}
+
+
+def force_log(seed: int, noise: float) -> Recording:
+    """Three sines, and the force that they take: no integrator, no filter."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 10.0, 1e-3)
+    sines = [(w, a, rng.uniform(0, 6)) for w, a in ((1.9, 0.15), (4.8, 0.05), (12.0, 0.01))]
+    x = sum(a * np.sin(w * t + shift) for w, a, shift in sines)
+    v = sum(a * w * np.cos(w * t + shift) for w, a, shift in sines)
+    a = -sum(a * w**2 * np.sin(w * t + shift) for w, a, shift in sines)
+    force = TRUTH["M"] * a + TRUTH["F_C"] * np.sign(v) + TRUTH["F_V"] * v + TRUTH["offset"]
+    force += noise * rng.standard_normal(len(t))
+    return Recording(t=t, position=np.round(x / 1e-5) * 1e-5, force=force)
+
+
+def contests(fit: Fit) -> list[str]:
+    return [w for w in fit.warnings if " is set to " in w]
+
+
+def verdicts(fit: Fit) -> dict[str, str]:
+    return {e.name: e.verdict for e in fit.estimates}
+
+
+@pytest.mark.parametrize("noise", [0.3, 3.0])
+@pytest.mark.parametrize(("name", "value"), [("M", 12.0), ("F_V", 50.0), ("F_C", 14.0)])
+def test_a_force_contests_a_wrong_value_and_says_what_it_gives(
+    name: str, value: float, noise: float
+) -> None:
+    fit = identify(force_log(1, noise), rig="forced", law="coulomb-viscous", fixed={name: value})
+    (told,) = contests(fit)
+    words = told.split()
+    assert words[:5] == [name, "is", "set", "to", f"{value:.4g}"]
+    instead = float(told.split("the data give ")[1].split()[0])
+    assert instead == pytest.approx(TRUTH[name], rel=0.02)
+
+
+def test_what_bends_around_a_wrong_value_is_not_identified() -> None:
+    fit = identify(force_log(2, 3.0), rig="forced", law="coulomb-viscous", fixed={"F_V": 36.0})
+    (told,) = contests(fit)
+    assert "F_C may be 20" in told
+    assert verdicts(fit)["F_C"] == "weak"
+
+
+@pytest.mark.parametrize("name", TRUTH)
+def test_a_force_does_not_contest_a_true_value(name: str) -> None:
+    for seed, noise in ((0, 0.3), (1, 3.0), (2, 10.0)):
+        fit = identify(
+            force_log(seed, noise), rig="forced", law="coulomb-viscous", fixed={name: TRUTH[name]}
+        )
+        assert contests(fit) == []
+
+
+def test_a_force_says_nothing_of_a_value_that_it_cannot_tell() -> None:
+    """One slow sine accelerates so little that any mass explains it."""
+    t = np.arange(0.0, 60.0, 1e-2)
+    v = 0.02 * np.sin(0.2 * t)
+    force = 20.0 * np.sign(v) + 30.0 * v + np.random.default_rng(0).standard_normal(len(t))
+    log = Recording(t=t, position=0.1 * (1 - np.cos(0.2 * t)), force=force)
+    assert contests(identify(log, rig="forced", law="coulomb-viscous", fixed={"M": 12.0})) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "truth"), [("armature", 1.5e-3, 1e-3), ("k_t", 0.5, 0.4), ("F_C", 0.02, 0.03)]
+)
+def test_a_motion_contests_a_wrong_value(name: str, wrong: float, truth: float) -> None:
+    """Masses that are known to a few percent would bend beyond all tolerance to make up for it."""
+    log = log_of(PLAIN)
+    (told,) = contests(identify(log, rig=RIG, law="coulomb-viscous", fixed={name: wrong}))
+    instead = float(told.split("the data give ")[1].split()[0])
+    assert instead == pytest.approx(truth, rel=0.01)
+    assert contests(identify(log, rig=RIG, law="coulomb-viscous", fixed={name: truth})) == []
