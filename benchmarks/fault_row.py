@@ -43,6 +43,7 @@ class Row:
         faults: Of the sensors.
         machine: Arguments of the axis: how it differs from the plain one.
         constants: What its user sets besides, in the units of the rig, or instead; None: leaves.
+        values: Parameters that its user sets, as multiples of the truth.
         exact: Whether the constants that are not set are taken as exact.
         standing: Whether no log can show it: a sentence that stands of any axis has to name it.
         seeds: How many seeds of the noise.
@@ -54,6 +55,7 @@ class Row:
     faults: tuple[Fault, ...] = ()
     machine: Mapping[str, Any] = field(default_factory=dict)
     constants: Mapping[str, float | None] = field(default_factory=dict)
+    values: Mapping[str, float] = field(default_factory=dict)
     exact: bool = False
     standing: bool = False
     seeds: int = 2
@@ -61,13 +63,16 @@ class Row:
     @property
     def key(self) -> str:
         """Of what it does: a row of results with this key is a row of it."""
-        what = (self.axis, self.faults, self.machine, self.constants, self.exact)
+        what: tuple[Any, ...] = (
+            self.axis, self.faults, self.machine, self.constants, self.exact
+        )  # fmt: skip
+        what += (self.values,) if self.values else ()
         return sha256(repr(what).encode()).hexdigest()[:12]
 
     @property
     def clean(self) -> bool:
         """Whether nothing is wrong."""
-        return not self.perturbation
+        return not self.perturbation or set(self.values.values()) == {1.0}
 
 
 def fault(function: str, channel: str | None = None, **arguments: float) -> tuple[Fault, ...]:
@@ -106,4 +111,5 @@ SCATTER = r"scatter|spread|breakaway|slip to slip|slips"
 CONSTANTS = r"not of this axis|constant"
 FEW = r"speeds|one speed|too few|cannot be told apart|hardly tell apart|never stops|rests"
 MODEL = r"misfit|noise|residual|explain|law|" + SPEED
+SET = r"\bis set to\b"
 STEP = r"step|tolerance|arithmetic|finer|simulat"

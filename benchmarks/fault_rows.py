@@ -28,6 +28,7 @@ from fault_row import (
     RESET,
     RIPPLE,
     SCATTER,
+    SET,
     SIDES,
     SPEED,
     STEP,
@@ -118,6 +119,10 @@ SLIDE = [
     Row("forced", "a neighbour pulls with 8 N at 0.37 Hz", LOAD,
         fault("aliased", "force", amplitude=8.0, frequency=0.37)),
     Row("forced", "3 kg are loaded at 8 s", LOAD, fault("loaded", "force", mass=3.0, at=8.0)),
+    *(Row("forced", f"{n} set to its value", values={n: 1.0}, seeds=5) for n in ("M", "F_V")),
+    Row("forced", "M set to two thirds of its value", SET, values={"M": 2 / 3}),
+    Row("forced", "M set to 1.1 times its value", SET, values={"M": 1.1}),
+    Row("forced", "F_V set to 1.3 times its value", SET, values={"F_V": 1.3}),
     Row("forced", "one speed", FEW, machine={"speeds": (0.15,) * 5}),
     Row("forced", "one way", SIDES, machine={"one_way": True}),
 ]  # fmt: skip
@@ -144,6 +149,7 @@ SWING = [
         fault("aliased", "force", amplitude=0.3, frequency=0.23)),
     Row("forced_pendulum", "angle wraps at 0.4 rad", WRAP,
         fault("wrapped", "position", low=0.4 - 2.0 * np.pi, high=0.4)),
+    Row("forced_pendulum", "g_sin set to 0.8 times its value", SET, values={"g_sin": 0.8}),
 ]  # fmt: skip
 
 CASCADE = [
@@ -159,6 +165,7 @@ CASCADE = [
     Row("emps", "a Stribeck drop of 20 N under Coulomb", SPEED,
         machine={"curve": Curve(40.0, 20.3935, 203.5034, 0.1)}),
     Row("emps", "position in steps of 1 mm", COARSE, fault("quantised", "position", step=1e-3)),
+    Row("emps", "M set to 1.2 times its value", SET, values={"M": 1.2}),
 ]  # fmt: skip
 
 ROD = [
@@ -229,6 +236,10 @@ BED = [
         machine={"curve": Curve(130.0, 60.0, 958.3, 5e-3, 2.0)}, exact=True),
     Row("bed", "a Stribeck drop under Coulomb", MODEL, machine={"law": "coulomb-viscous"},
         exact=True),
+    Row("bed", "F_V set to its value", values={"F_V": 1.0}, exact=True, seeds=5),
+    # A spring that is as much stiffer makes up for it: one log in two does not contest it.
+    Row("bed", "F_V set to 1.2 times its value", f"{SET}|of F_V moves", values={"F_V": 1.2},
+        exact=True, standing=True),
 ]  # fmt: skip
 
 
@@ -255,6 +266,12 @@ PENDULUM = [
         machine={"bam": servo.Bam(0.02, 0.008, 0.03, 0.5)}, exact=True),
     Row("pendulum", "friction that grows with load under Coulomb", MODEL,
         machine={"bam": servo.Bam(0.02, 0.008, 0.0, 1.0, 1.0, 0.15, 0.15)}, exact=True),
+    Row("pendulum", "k_t set to its value", values={"k_t": 1.0}, exact=True, seeds=3),
+    *(
+        Row("pendulum", f"{name} set to {times:g} times its value", SET, values={name: times},
+            exact=exact)
+        for exact in (True, False) for name, times in (("armature", 1.5), ("k_t", 1.2))
+    ),
     Row("pendulum", "masses 20 % above the logged ones", "mass|constant|proportion|logs state",
         fault("scaled", "mass", gain=0.8), exact=True, standing=True),
 ]  # fmt: skip
@@ -282,6 +299,8 @@ ARM = [
     Row("arm", "a neighbour pulls with 0.4 N m", LOAD, machine={"neighbour": 0.4}),
     Row("arm", "angle in steps of 5 mrad", COARSE, fault("quantised", "position", step=5e-3)),
     Row("arm", "corners: steps of the command", STEP, machine={"step": 0.2}),
+    Row("arm", "F_V set to its value", values={"F_V": 1.0}, seeds=3),
+    Row("arm", "F_V set to 1.5 times its value", SET, values={"F_V": 1.5}),
 ]  # fmt: skip
 
 LUGRE = presliding.LuGre(1.2e6, 600.0, 18.0, 12.0, 2e-2, 50.0)
@@ -301,6 +320,8 @@ BRISTLES = [
     Row("bristles", "force clipped at 9 N", CLIP, fault("clipped", "force", limit=9.0)),
     Row("bristles", "force clipped at 9 N, then noise of 0.1 N", CLIP,
         fault("clipped", "force", limit=9.0) + fault("noisy", "force", sd=0.1)),
+    Row("bristles", "M set to its value", values={"M": 1.0}, seeds=3),
+    Row("bristles", "M set to 1.3 times its value", SET, values={"M": 1.3}),
 ]  # fmt: skip
 
 ROWS: tuple[Row, ...] = (*SLIDE, *SWING, *CASCADE, *ROD, *BED, *PENDULUM, *ARM, *BRISTLES)

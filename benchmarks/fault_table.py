@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fault_row import Row
+from fault_row import SET, Row
 from fault_rows import ROWS
 from intervals import binomial
 from resumable import Answer
@@ -133,7 +133,8 @@ def _names(row: Row, sentence: str, parameters: Sequence[str], usual: set[str]) 
 def _alarms(a: Answer) -> bool:
     """Whether a fault is told of where there is none."""
     reasons = {p["reason"] for p in a["parameters"].values()}
-    return "refused" in a or bool(FAULTS & {*a["conditions"], *reasons})
+    contested = any(re.search(SET, s) for s in a["sentences"])
+    return "refused" in a or contested or bool(FAULTS & {*a["conditions"], *reasons})
 
 
 def _matches(row: Row, sentence: str) -> bool:
@@ -229,8 +230,8 @@ off, has an interval without the truth, and not a sentence that names the fault 
 
 Bias is the median over the seeds, in % of the truth; it stands in brackets where a parameter is
 identified in no seed, and has an exclamation mark where the interval of an identified one misses
-the truth. "Told" is the first sentence that names the fault. Rows without a perturbation show what
-is said of an axis with which all is well.
+the truth. "Told" is the first sentence that names the fault. Rows without a perturbation, and those
+in which a parameter is set to its true value, show what is said of an axis with which all is well.
 
 `python benchmarks/run.py --only faults` makes the table (`benchmarks/fault_rows.py` has the rows),
 and `python benchmarks/faults.py --only WORDS` a part of it.

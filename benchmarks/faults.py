@@ -30,7 +30,9 @@ from foreign_axes import Axis, noisy, recordings
 from resumable import Answer, completed, lines
 from stribeck import RIGS, Fit, identify
 from stribeck.errors import InputError
+from stribeck.friction import law_named
 from stribeck.rig import Rig
+from stribeck.rig.rig import shown_in
 
 __all__ = ["measure", "tables"]
 
@@ -75,7 +77,8 @@ def answer(key: str, seed: int) -> Answer:
     start_time = time.perf_counter()
     try:
         logs = recordings(axis, logged)
-        fit = identify(logs, rig=_rig(row, axis), law=axis.law)
+        rig = _rig(row, axis)
+        fit = identify(logs, rig=rig, law=axis.law, fixed=_fixed(row, axis, rig))
     except InputError as error:
         return header | {
             "seconds": 0.0,
@@ -100,6 +103,15 @@ def _rig(row: Row, axis: Axis) -> Rig:
     return (rig.exact() if row.exact else rig).set(
         **{name: value for name, value in given.items() if value is not None}
     )
+
+
+def _fixed(row: Row, axis: Axis, rig: Rig) -> dict[str, float]:
+    """The parameters that the user of a row sets, in the units of the rig."""
+    by_name = {q.name: q for q in rig.parameters(law_named(axis.law))}
+    return {
+        name: float(shown_in(rig, by_name[name], times * axis.truth[name]))
+        for name, times in row.values.items()
+    }
 
 
 def _parameters(fit: Fit, axis: Axis) -> dict[str, Answer]:

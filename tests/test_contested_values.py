@@ -81,3 +81,28 @@ def test_a_motion_contests_a_wrong_value(name: str, wrong: float, truth: float) 
     instead = float(told.split("the data give ")[1].split()[0])
     assert instead == pytest.approx(truth, rel=0.01)
     assert contests(identify(log, rig=RIG, law="coulomb-viscous", fixed={name: truth})) == []
+
+
+def test_what_rests_on_a_value_that_is_set_is_named_with_its_share() -> None:
+    """The share is that between fits to one log at two values."""
+    log = force_log(3, 3.0)
+    told, levels = [], []
+    for value in (29.7, 30.3):
+        fit = identify(log, rig="forced", law="coulomb-viscous", fixed={"F_V": value})
+        told += [w for w in fit.warnings if w.startswith("taken as exact")]
+        levels.append(fit.estimates[0].value)
+    assert len(told) == 2
+    share = float(told[0].split("10 % of F_V moves F_C by ")[1].split()[0])
+    moved = (levels[1] - levels[0]) / TRUTH["F_C"] / (0.6 / TRUTH["F_V"])
+    assert share == pytest.approx(10 * moved, rel=0.05)
+
+
+def test_what_rests_on_a_value_of_a_motion_is_named() -> None:
+    log = log_of(PLAIN)
+    truth, levels = 0.4, []
+    for value in (0.99 * truth, 1.01 * truth):
+        fit = identify(log, rig=RIG.exact(), law="coulomb-viscous", fixed={"k_t": value})
+        levels.append(next(e.value for e in fit.estimates if e.name == "R"))
+    (told,) = (w for w in fit.warnings if w.startswith("taken as exact"))
+    share = float(told.split("10 % of k_t moves ")[1].split("R by ")[1].split()[0])
+    assert share == pytest.approx(10 * (levels[1] / levels[0] - 1) / 0.02, rel=0.1)

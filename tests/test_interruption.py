@@ -23,9 +23,11 @@ STAGES = {
     "output_error.exact_enough": "",
     "output_error_fit.combinations": "combinations",
     "output_error_fit.log_spreads": "",
+    "output_error_fit.contested_by_motion": "",
     "output_error_fit.drift_violations": "",
     "output_error_fit.motion_delay": "",
     "output_error_fit.exact_slopes": "",
+    "output_error_fit.value_slopes": "",
     "output_error_fit.equation_error": "effects",
     "output_error_fit.effects": "effects",
 }

@@ -3,27 +3,33 @@
 A value that is set has no interval, and no condition of a fit asks whether it is right: others
 bend around it, and what it leaves over looks like a delay, a drop of friction or play. So each
 parameter is freed once more beside the fit. The data contest its value where they determine
-another one, and the fit is better for that by more than noise.
+another one, and the fit is better for that by more than noise. Where they do not, what rests on it
+is named.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError
+from ..optimize import Counted
+from ..optimize.slopes import MOST_FANS
 from ..rig.rig import shown_in
 from .adequacy.effects import OF_INTERVAL, OF_VALUE
 from .conditions import Violation
+from .exact_constants import Slopes
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem
 from .moved_estimates import may_be
 from .polish import polish
 from .uncertainty.assessment import standard_errors
-from .uncertainty.covariance import HALF_WIDTH
+from .uncertainty.covariance import BLIND, HALF_WIDTH
+from .uncertainty.linearisation import box_of, linearised
+from .uncertainty.profile import profiles
 
 if TYPE_CHECKING:
     from ..space import Array, Param
@@ -31,11 +37,13 @@ if TYPE_CHECKING:
     from .problem import MotionProblem
     from .uncertainty.estimates import Estimate
 
-#: A value is contested only where the sum of squares falls by this share once it is free, and where
-#: it lies farther away than this share of the greater of both.
-GAIN, APART = 0.05, 0.01
-#: Evaluations of a refit by output error for each unknown.
-ROWS = 15
+#: A value is contested where it lies so many times farther from the estimate as the end of the 95 %
+#: interval on its side, and by more than this share of the greater of both.
+BEYOND, APART = 1.5, 0.01
+#: It is told where other estimates bend around it, or the sum of squares falls by this share.
+GAIN = 0.05
+#: Evaluations of a refit by output error, and of the profile of what it frees, for each unknown.
+ROWS, PROFILE = 15, 60
 
 
 @dataclass(frozen=True)
@@ -48,6 +56,7 @@ class FreedValue:
         low: Lower end of the 95 % interval.
         high: Upper end.
         values: All parameters with it free, SI, (k,).
+        gain: The share by which the sum of squares falls.
         misfit: What becomes of the misfit, in words.
     """
 
@@ -56,12 +65,14 @@ class FreedValue:
     low: float
     high: float
     values: Array
+    gain: float
     misfit: str
 
     def contests(self, fixed: float) -> bool:
         """Whether it says that the value is another one."""
-        far = abs(self.value - fixed) > APART * max(abs(self.value), abs(fixed))
-        return far and not self.low <= fixed <= self.high
+        half = self.high - self.value if fixed > self.value else self.value - self.low
+        least = max(BEYOND * half, APART * max(abs(self.value), abs(fixed)))
+        return abs(self.value - fixed) > least
 
 
 def fixed_values(parameters: Parameters) -> dict[str, float]:
@@ -98,6 +109,8 @@ def contested(
         for q, e, x in zip(parameters.every, judged, freed.values.tolist(), strict=True)
         if e.verdict != "fixed" and _moves(q, e, x)
     }
+    if not moved and not freed.gain > GAIN:
+        return None
     others = f", and {' and '.join(moved.values())}" if moved else ""
     sentence = (
         f"{label} is set to {at} {unit}".rstrip()
@@ -148,21 +161,69 @@ def _freed(
     before = float(problem(x[None])[0])
     refit = polish(freed, start, before, ROWS * each)
     rows = 1 + refit.evaluations
-    if not refit.cost**2 < (1.0 - GAIN) * before**2:
-        return None, rows
     try:
         errors, _ = standard_errors(freed, refit.x)
+        rows += each
+        if abs(refit.x[place] - start[place]) <= HALF_WIDTH * float(errors[place]):
+            return None, rows
+        budget = PROFILE * each
+        profiled = profiles(freed, refit.x, budget=budget, chosen_names=[name], keep=True)
     except InputError:  # too few rows to tell so many apart
         return None, rows
-    rows += each
-    value, half = float(refit.x[place]), HALF_WIDTH * float(errors[place])
-    if not np.isfinite(half):
-        return None, rows
+    rows += profiled.rows
+    (profile,) = profiled.profiles
     unit = parameters.rig.unit_shown("position")
     now, was = _reported(freed, refit.x), _reported(problem, x)
+    gain = 1.0 - (refit.cost / before) ** 2
     misfit = f"J is {now:.3g}, not {was:.3g} {unit}"
     values = parameters.full(refit.x[None, :dim])[0]
-    return FreedValue(name, value, value - half, value + half, values, misfit), rows
+    low, high = profile.low.end, profile.high.end
+    return FreedValue(name, profile.value, low, high, values, gain, misfit), rows
+
+
+def value_slopes(problem: MotionProblem | FreeStartProblem, x: Array) -> tuple[Slopes, int]:
+    """Slopes of a fit's free parameters over the values set, all others refitted; and the rows.
+
+    Args:
+        problem: The motion problem.
+        x: Its solution, SI, (dim,).
+    """
+    names, values = problem.space.names, fixed_values(problem.parameters)
+    if not values:
+        return {}, 0
+    parameters, start = problem.parameters, dict(zip(names, x.tolist(), strict=True)) | values
+    for name in values:
+        parameters = parameters.freeing(name)
+    at = np.array([start[q.name] for q in problem.over(parameters).space.params])
+    freed = problem.over(parameters.reaching(at[: len(parameters.free)]))
+    box = box_of(freed)
+    counted = Counted(freed, 1 + MOST_FANS * (box.dim + 1))
+    try:
+        fit = linearised(counted, box, at)
+    except InputError:  # too few rows to tell so many apart
+        return {}, counted.rows
+    J = dict(zip(freed.space.names, fit.J / box.scale(fit.u)[:, None], strict=True))
+    return slopes_over([J[n] for n in names], {n: J[n] for n in values}, names), counted.rows
+
+
+def slopes_over(
+    columns: Sequence[Array], over: Mapping[str, Array], names: Sequence[str]
+) -> Slopes:
+    """Slopes of parameters over others from the slopes of the residuals, SI, by the names of both.
+
+    Args:
+        columns: Slopes of the residuals over the parameters that are refitted, (rows,) each.
+        over: Those over the others, by name.
+        names: Of the parameters that are refitted.
+    """
+    W = np.column_stack(columns)
+    lengths = np.linalg.norm(W, axis=0)
+    lengths[lengths == 0] = 1.0
+    return {
+        name: dict(zip(names, moved.tolist(), strict=True))
+        for name, column in over.items()
+        for moved in (np.linalg.lstsq(W / lengths, -column, rcond=np.sqrt(BLIND))[0] / lengths,)
+    }
 
 
 def _reported(problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, x: Array) -> float:

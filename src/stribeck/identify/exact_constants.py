@@ -75,27 +75,30 @@ def exact_constants(
     slopes: Slopes,
     stated: Iterable[str] = (),
 ) -> list[str]:
-    """A sentence that names the exact constants which identified parameters stand on.
+    """A sentence that names what identified parameters stand on: exact constants, values set.
 
     Args:
         parameters: Theirs.
         estimates: As in `parameters.every`.
-        slopes: Of the parameters over the exact constants.
+        slopes: Of the parameters over the exact constants, and over parameters that are set.
         stated: Names of constants that the logs state, which a rig cannot set elsewhere.
     """
-    constants = {c.name: c for c in parameters.rig.constants}
+    exact = dict(parameters.fixed)
+    exact |= {c.name: c.value for c in parameters.rig.constants if not c.tolerance > 0}
     clauses: dict[str, float] = {}
-    for name, of_constant in slopes.items():
-        if constants[name].tolerance > 0:
+    for name, over in slopes.items():
+        if name not in exact:
             continue
         moved: dict[str, float] = {}
         for q, e in zip(parameters.every, estimates, strict=True):
-            if e.verdict == "identified" and e.value and q.name in of_constant:
-                share = of_constant[q.name] * constants[name].value / e.value
+            if e.verdict == "identified" and e.value and q.name in over:
+                share = over[q.name] * exact[name] / e.value
                 if abs(share) >= NAMED:
                     moved[f"{e.name} by {100 * ERROR * share:.2g} %"] = abs(share)
         if moved:
-            clause = f"{100 * ERROR:.0f} % of {name} moves {_listed([*moved])}"
+            clause = (
+                f"{100 * ERROR:.0f} % of {parameters.rig.label(name)} moves {_listed([*moved])}"
+            )
             clauses[clause] = max(moved.values())
     ordered = sorted(clauses, key=lambda clause: -clauses[clause])
     names = sorted(stated) if any(e.verdict == "identified" for e in estimates) else []

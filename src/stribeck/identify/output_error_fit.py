@@ -17,7 +17,7 @@ from .adequacy.neighbours import neighbour_violations
 from .combinations import Combination, combinations
 from .conditions import Violation, lowered, sentences
 from .constants_report import borrowed, with_rulings
-from .contested_values import contested_by_motion
+from .contested_values import contested_by_motion, value_slopes
 from .data_check import data_violations, trained_samples
 from .delay_advice import with_delay
 from .exact_constants import Slopes, exact_constants, exact_slopes
@@ -110,7 +110,7 @@ class _Judgement:
         effects: What the residual forces show; None where the rig cannot say.
         combinations: Sums of a parameter and a constant that are known better.
         differing: What the logs give one by one.
-        slopes: Of the parameters over exact constants.
+        slopes: Of the parameters over exact constants and values set.
         ratios: Of parameters that an uncertain scale of all forces leaves as they are.
     """
 
@@ -220,6 +220,7 @@ def _judged(
     judged = mark_never_slid(parameters, judged, logs)
     judged = with_rulings(parameters, judged, ruled)
     slopes: Slopes = work.result(partial(exact_slopes, problem, x), {})
+    slopes = {**slopes, **work.result(partial(value_slopes, problem, x), {})}
     left_over = work.result(partial(_left_over, solved, judged), None)
     judged, inadequate = with_effects(parameters, judged, left_over, logs)
     violations += [

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...errors import InputError
-from ..contested_values import GAIN, FreedValue, fixed_values
+from ..contested_values import FreedValue, fixed_values, slopes_over
 from ..uncertainty.covariance import HALF_WIDTH
 from . import balance
 from .regression import System
 
 if TYPE_CHECKING:
+    from ..exact_constants import Slopes
     from ..parameters import Parameters
     from ..result import Fit
     from .balance import Balance
@@ -43,8 +44,26 @@ def contested_by_force(
     return tuple(value for value in values if value is not None)
 
 
+def force_slopes(parameters: Parameters, solved: Balance) -> Slopes:
+    """Slopes of a balance's free parameters over the values set, all others refitted, SI.
+
+    Args:
+        parameters: As they were asked for.
+        solved: Their balance.
+    """
+    slopes: dict[str, Mapping[str, float]] = {}
+    for name, value in fixed_values(parameters).items():
+        if value:
+            freed = solved.system.parameters.freeing(name)
+            W = System(freed, solved.system.logs).jacobian(solved.values)
+            columns = dict(zip((q.name for q in freed.free), W.T, strict=True))
+            over = {name: columns.pop(name)}
+            slopes |= slopes_over([*columns.values()], over, [*columns])
+    return slopes
+
+
 def _worth(solved: Balance, name: str, value: float) -> bool:
-    """Whether a balance with a parameter free explains more, at another value."""
+    """Whether a balance with a parameter free may have it elsewhere."""
     system = solved.system
     if name not in system.parameters.fixed:
         return False
@@ -53,9 +72,8 @@ def _worth(solved: Balance, name: str, value: float) -> bool:
         quick = balance.solved(freed, solved.values)
     except InputError:  # too few rows for one more
         return False
-    before, now = (float(b.residuals @ b.residuals) for b in (solved, quick))
     half = HALF_WIDTH * float(quick.robust_errors[quick.names.index(name)])
-    return now < (1.0 - GAIN) * before and abs(quick[name] - value) > half
+    return abs(quick[name] - value) > half
 
 
 def _freed(
@@ -70,5 +88,6 @@ def _freed(
     (e,) = (e for q, e in pairs if q.name == name)
     if e.verdict == "not identifiable" or e.reason in _DOUBTS or not np.isfinite(e.high - e.low):
         return None
+    gain = 1.0 - (fit.score.value / solved.relative_error) ** 2
     misfit = f"the force error is {fit.score.value:.3g}, not {solved.relative_error:.3g} %"
-    return FreedValue(name, e.value, e.low, e.high, fit.p, misfit)
+    return FreedValue(name, e.value, e.low, e.high, fit.p, gain, misfit)

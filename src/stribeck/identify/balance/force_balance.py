@@ -39,7 +39,7 @@ from .balance import Balance
 from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
-from .contested_force import contested_by_force
+from .contested_force import contested_by_force, force_slopes
 from .counted_twice import twice_violations
 from .force_residuals import BalanceResiduals
 from .known_load import load_notes
@@ -217,7 +217,7 @@ def balance_fit(logs: SolvedLogs) -> Fit:
             for n, at in others.items()
         ),
         *correlation_warnings(parameters, correlation),
-        *exact_constants(parameters, judged, slopes),
+        *exact_constants(parameters, judged, {**slopes, **force_slopes(parameters, solved)}),
         *scale(parameters.rig),
         *calibration(parameters, unscaled),
         *loaded,
