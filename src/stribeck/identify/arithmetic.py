@@ -4,7 +4,8 @@ The answer is simulated once more, much finer. By how much that moves the residu
 their slopes, by how much each parameter would move if the fit were repeated: one Gauss-Newton step.
 Where that is a fair part of an interval the simulation is refined and the fit repeated from its
 answer, which is near. Where the floor of a misfit is rough, slopes promise a step that no refit
-keeps: a finer simulation that leaves the answer where it was leaves its intervals, too.
+keeps: a finer simulation that leaves the answer where it was leaves its intervals, too. Where it is
+too rough to walk along, all ends are guesses, which no finer steps are worth.
 """
 
 from __future__ import annotations
@@ -92,7 +93,7 @@ def exact_enough(
     first = answer = best = _Solution(optimum, uncertain, shifts(optimum.problem, uncertain))
     spent = SHIFTS
     for _ in range(ROUNDS):
-        if answer.worst <= SHARE:
+        if answer.worst <= SHARE or answer.uncertain.profiles.rough:
             break
         refit, rows = _refit(answer)
         spent += rows

@@ -71,7 +71,12 @@ class Uncertainty:
                 f"the profiles met a fit with {100 * gain:.2g} % less {misfit} than the search "
                 "had found; it was taken: raise the budget or the repeats"
             )
-        if not self.profiles.complete:
+        if self.profiles.rough:
+            sentences.append(
+                f"{misfit} is rough: parameters that differ in the eleventh digit change it by "
+                "more than a refit is told by, so that all intervals are guesses from its slopes"
+            )
+        elif not self.profiles.complete:
             sentences.append(
                 "some intervals are extrapolated: the profiles spent their evaluations"
             )

@@ -29,6 +29,7 @@ from .covariance import QuickLook, quick_look
 from .linearisation import box_of, linearised
 from .profile_walk import Ended, Ray, Walked, beyond, nearest, rechecked, walk
 from .residuals import Residuals, dofs_of, logs_of, rounding_of
+from .roughness import outweighing, roughness
 
 LEVEL = 0.95
 #: Rows that profiles may evaluate unless a caller says otherwise.
@@ -46,6 +47,9 @@ LONGER = 1.5
 #: A side shorter than this share of the other is refitted at its end, and carried on if that
 #: lowers it below this share of its height.
 SHORT, LOWER = 0.7, 0.9
+#: A misfit is too rough to be walked along where hardly moving changes it by more than this share
+#: of the least threshold: five times the share that decides whether a refit has ended.
+ROUGHEST = 0.02
 #: Evaluations of the descent to another minimum, for each parameter and one.
 MODE = 15
 #: Memory for slopes, bytes: so many sides walk at once.
@@ -116,6 +120,7 @@ class Profiles:
         logs: Rows of each log.
         rows: Rows evaluated.
         complete: Whether the budget sufficed.
+        rough: Whether the misfit is too rough to be walked along: then all ends are guesses.
     """
 
     x: Array
@@ -129,6 +134,7 @@ class Profiles:
     logs: tuple[int, ...] = field(repr=False)
     rows: int
     complete: bool
+    rough: bool = False
 
 
 def profiles(
@@ -161,26 +167,35 @@ def profiles(
     counted, box = Counted(problem, budget), box_of(problem)
     chosen = _chosen(box, chosen_names)
     best = linearised(counted, box, x)
-    logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
+    logs, before, improved, rough = logs_of(problem, len(best.r)), best.squares, 0, None
     for mode in modes:  # what is met there is kept
         if counted.left > 2 * MODE * (box.dim + 1):
             polish(counted, mode, None, MODE * (box.dim + 1))
     while True:
         few = dofs_of(problem)
         rounding = rounding_of(problem, best.J)
-        rough = _thresholds(quick_look(best.J, best.r, logs), level, ratio, few, rounding)
+        first = _thresholds(quick_look(best.J, best.r, logs), level, ratio, few, rounding)
         if not keep:
-            best = _refined(best, counted, box, FINEST * float(rough.min()))
+            best = _refined(best, counted, box, FINEST * float(first.min()))
             if np.isfinite(few).any() and counted.left > 2 * box.dim:
                 # Corrected slopes give rows to a parameter that only its few observations move.
                 best = linearised(counted, box, box.x(best.u))
         quick = quick_look(best.J, best.r, logs)
         thresholds = _thresholds(quick, level, ratio, few, rounding)
+        if not hasattr(problem, "rounding"):  # one that states it is smooth beside that
+            rough = roughness(best, box, counted, ROUGHEST * float(thresholds.min()))
+        if rough is not None:
+            best = outweighing(best, box, counted, rough)
+            quick = quick_look(best.J, best.r, logs)
+            thresholds = _thresholds(quick, level, ratio, few, rounding)
         rays = [
             Ray(problem, box, best, k, sign, thresholds[k], _reach(best, quick, thresholds[k], k))
             for k in chosen
             for sign in (-1, 1)
         ]
+        if rough is not None:
+            walked = [ray.guess() for ray in rays]
+            break
         better = -np.inf if keep else best.squares - BETTER * float(thresholds.min())
         walked, met = _walked(rays, best, counted, better)
         if met is None or improved >= RESTARTS or counted.left < 4 * box.dim:
@@ -203,6 +218,7 @@ def profiles(
         logs,
         counted.rows,
         all(s.ended != "budget" for p in result for s in (p.low, p.high)),
+        rough is not None,
     )
 
 

@@ -135,6 +135,11 @@ class Ray:
         with np.errstate(over="ignore"):  # beside a model that leaves nothing, all is infinite
             return float(np.sqrt(max(squares - self.best.squares, 0.0) / self.threshold))
 
+    def guess(self) -> Walked:
+        """What the slopes at the best fit say, where it cannot be walked."""
+        end = _end(self, Standing(self.best, 0.0, 0.0), ())
+        return end._replace(visited=self.unwalked().visited)
+
     def unwalked(self) -> Walked:
         """What is known before any walk."""
         return Walked(0.0, 0.0, "budget", (Visited(0.0, 0.0, self.best.u.copy()),))

@@ -36,7 +36,7 @@ ENDS: dict[Ended, str] = {
     "order": "the law's order of parameters",
     "flat": "the search range, the fit hardly changing up to there",
     "unrunnable": "parameters that cannot be simulated",
-    "budget": "a guess, as the evaluations were spent",
+    "budget": "a guess, as no walk came to its end",
 }
 
 
