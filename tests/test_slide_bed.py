@@ -303,3 +303,11 @@ def test_a_constant_of_the_users_is_not_said_to_be_the_papers() -> None:
     assert sources["m"] == sources["a"] == "given"
     assert sources["J_m"] == "given"  # who types the paper's value vouches for it
     assert sources["K_n"] == paper["K_n"]  # it still follows from the others
+
+
+def test_a_command_that_is_assumed_is_told() -> None:
+    t = np.arange(0.0, 60.0, 0.02)
+    log = Recording(t=t, position=5e-3 * t)
+    assert "a ramp from its beginning at its mean speed, 5 mm/s" in SLIDE_BED.assumed(log)
+    assert SLIDE_BED.set(ramp_speed=5.0).assumed(log) == ""
+    assert SLIDE_BED.assumed(Recording(t=t, position=5e-3 * t, command=5e-3 * t)) == ""

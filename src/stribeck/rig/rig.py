@@ -283,6 +283,11 @@ class Rig:
             f"{recording.label}: rig {self.name} needs the measured force of the drive{hint}"
         )
 
+    def assumed(self, recording: Recording) -> str:
+        """What is taken in place of a channel that a log lacks, a sentence; empty if nothing is."""
+        del recording
+        return ""
+
     @property
     def in_amperes(self) -> bool:
         """Whether its forces are a motor's current, because the chain has no torque constant."""

@@ -13,6 +13,7 @@ import numpy as np
 from ..constant import Constant, Stated, constant
 from ..errors import InputError
 from ..space import Array, Param
+from ..wording import option
 from .composition import POSITION, Block
 from .controller import Controller
 from .equation import Equation, Input
@@ -203,6 +204,17 @@ class SlideBed(SimulatedRig):
     def drive(self, recording: Recording) -> Drive:
         """The command x_i of a recording: its column or the paper's ramp."""
         return Drive.of(recording, self["ramp_speed"])
+
+    def assumed(self, recording: Recording) -> str:
+        """A ramp at the mean speed of the log, where that has no command."""
+        if recording.command is not None or self["ramp_speed"]:
+            return ""
+        speed = float(np.diff(self.drive(recording).x)[0]) / float(np.ptp(recording.t))
+        return (
+            f"{recording.label}: no command is in the log: a ramp from its beginning at its mean "
+            f"speed, {1e3 * speed:.3g} mm/s, is taken for it: map a column to command, or say how "
+            f"fast it was ({option('constants', {'ramp_speed': 10})} for 10 mm/s)"
+        )
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """As `SimulatedRig.track`, with the temperature where the log has it."""
