@@ -21,7 +21,7 @@ from stribeck import RIGS, Recording, identify
 from stribeck.identify.free_constants import FreeConstantsProblem
 from stribeck.optimize import Answer, rms
 from stribeck.optimize.moves import Detailed, SpentError
-from stribeck.optimize.slopes import MOST_FANS, slopes
+from stribeck.optimize.slopes import MOST_FANS, Slopes, slopes
 from stribeck.rig.simulated import as_simulated
 
 Residuals = Callable[[Array], Array]  # (n, dim) of the unit cube to (n, m)
@@ -69,7 +69,15 @@ class Model:
 
 def taken(residuals: Residuals, u: Array, budget: float = np.inf) -> tuple[Array, int]:
     """Slopes at a point, and the evaluations that they took."""
-    moves, rows = slopes(u, residuals(u[None])[0]), 0
+    found, rows = taken_with(residuals, u, None, budget)
+    return found.J, rows
+
+
+def taken_with(
+    residuals: Residuals, u: Array, lengths: Array | None, budget: float = np.inf
+) -> tuple[Slopes, int]:
+    """The same from lengths that served nearby."""
+    moves, rows = slopes(u, residuals(u[None])[0], lengths), 0
     try:
         batch = next(moves)
         while True:
@@ -125,6 +133,35 @@ def test_dense_jumps_are_averaged() -> None:
     J, rows = taken(model.residuals, u)
     np.testing.assert_allclose(np.linalg.norm(J - model.slopes, axis=1), 0.0, atol=0.5)
     assert rows <= 4 * MOST_FANS
+
+
+def test_where_no_length_serves_all_each_coordinate_has_its_own() -> None:
+    """Of one that changes a thousand times as much, and is bent where another is still rough."""
+    rng = default_rng(5)
+    scale = np.array([1e5, 1e2, 1e2])
+    exact, bend = scale[:, None] * rng.standard_normal((3, 200)), rng.standard_normal(200)
+    noise = default_rng(6).standard_normal(200)
+
+    def residuals(u: Array) -> Array:
+        off = [default_rng(np.frombuffer(row.tobytes(), np.uint32)) for row in u]
+        rough = 0.01 * np.array([each.standard_normal(200) for each in off])
+        curved = 6e10 * (u[:, :1] - 0.5) ** 3
+        return np.asarray(noise + (u - [0.5, 0.4, 0.5]) @ exact + curved * bend + rough)
+
+    def errors(J: Array) -> Array:
+        return np.asarray(np.linalg.norm(J - exact, axis=1) / np.linalg.norm(exact, axis=1))
+
+    u = np.array([0.5, 0.4, 0.5])
+    own, rows = taken_with(residuals, u, None)
+    assert own.lengths is not None
+    assert rows <= 4 * MOST_FANS
+    assert errors(own.J).max() < 0.15
+    for length in (1e-6, 1e-5, 1e-4, 1e-3):
+        alike = 0.5 * (forward(residuals, u, length) + forward(residuals, u, -length))
+        assert errors(alike).max() > 0.3
+    again, rows = taken_with(residuals, u + 1e-7, own.lengths)
+    assert rows == 2 * 4
+    assert errors(again.J).max() < 0.15
 
 
 def test_slopes_at_an_end_are_of_the_other_side() -> None:

@@ -12,6 +12,11 @@ amplified, as by bristles, longer ones are better.
 
 Which fan of differences is good is seen from a point at which all coordinates have moved at once:
 it shows the sum of what each of them has changed, but for jumps, rounding and curvature.
+
+Where none of one length is good, one length does not serve all: what outweighs the roughness in a
+coordinate that changes little is, in one that changes much, beyond all curvature. There each has a
+length of its own, to both sides, over which the residuals change by the same share; and slopes at
+the next point begin with these.
 """
 
 from __future__ import annotations
@@ -30,8 +35,23 @@ SHORT, LONGER = 1e-9, (1e-6, 1e-4)
 #: A fan is good if what does not add up is below this share of the least slope in any direction,
 #: or of one that moves a parameter through its range before the misfit has doubled.
 GOOD = 0.1
+#: Own lengths change the residuals by this share of their size, and are no shorter and no longer;
+#: they serve if what does not add up is below this share of the greatest change.
+CHANGE, LEAST, MOST, SERVES = 0.1, 1e-6, 1e-2, 0.5
 #: Fans of dim + 1 evaluations that slopes take at most.
-MOST_FANS = 3 + 2 * len(LONGER)
+MOST_FANS = 5 + 2 * len(LONGER)
+
+
+class Slopes(NamedTuple):
+    """Slopes of residuals at a point.
+
+    Args:
+        J: Over the unit cube, (dim, m); 0 where neither neighbour can be run.
+        lengths: Of differences at the next point, (dim,), where each coordinate needs its own.
+    """
+
+    J: Array
+    lengths: Array | None = None
 
 
 class _Fan(NamedTuple):
@@ -49,6 +69,12 @@ class _Fan(NamedTuple):
     left: Array
 
     @property
+    def serves(self) -> bool:
+        """Whether differences of own lengths add up."""
+        changes = _sizes(self.J) * np.abs(self.steps)
+        return bool(_sizes(self.left) < SERVES * changes.max(initial=0.0))
+
+    @property
     def error(self) -> float:
         """Of the slopes, as far as it shows."""
         length = float(np.abs(self.steps).max()) or 1.0
@@ -63,8 +89,8 @@ class _Fan(NamedTuple):
         return bool(self.error <= GOOD * weak)
 
 
-def slopes(u: Array, r: Array) -> Moves[Array]:
-    """Slopes of residuals over the unit cube, (dim, m); 0 where neither neighbour can be run.
+def slopes(u: Array, r: Array, lengths: Array | None = None) -> Moves[Slopes]:
+    """Slopes of residuals over the unit cube.
 
     It takes dim + 1 evaluations as a rule, and as many for each further fan; where these are spent
     the best so far counts.
@@ -72,32 +98,63 @@ def slopes(u: Array, r: Array) -> Moves[Array]:
     Args:
         u: Where, (dim,).
         r: The residuals there, (m,).
+        lengths: Of differences that served nearby, where each coordinate needs its own, (dim,).
     """
     fans: list[_Fan] = []
     try:
-        yield from _until_good(u, r, fans)
+        if lengths is not None:
+            own = yield from _both_sides(u, r, lengths)
+            if own.serves:
+                return _own(own, r)
+            fans.append(own)
+        if (yield from _until_good(u, r, fans)):
+            own = yield from _both_sides(u, r, _lengths(_best(fans), r))
+            if own.serves:
+                return _own(own, r)
     except SpentError:
         if not fans:
             raise
-    return min(fans, key=lambda fan: fan.error).J
+    return Slopes(_best(fans).J)
 
 
-def _until_good(u: Array, r: Array, fans: list[_Fan]) -> Moves[None]:
-    """Take fans, into `fans`, until one of them is good."""
-    fans.append((yield from _fan(u, r, SHORT)))
-    if fans[0].good(r):
-        return
-    fans.append((yield from _fan(u, r, -SHORT)))
-    fans.append((yield from _less_steep(u, r, *fans)))
+def _best(fans: list[_Fan]) -> _Fan:
+    return min(fans, key=lambda fan: fan.error)
+
+
+def _own(fan: _Fan, r: Array) -> Slopes:
+    return Slopes(fan.J, _lengths(fan, r))
+
+
+def _lengths(fan: _Fan, r: Array) -> Array:
+    """Over which each coordinate changes residuals r by a share of their size, by its slopes."""
+    change = CHANGE * float(_sizes(r))
+    lengths: Array = np.maximum(change / np.maximum(_sizes(fan.J), change / MOST), LEAST)
+    return lengths
+
+
+def _until_good(u: Array, r: Array, fans: list[_Fan]) -> Moves[bool]:
+    """Take fans of one length, into `fans`, until one of them is good; whether none is."""
+    ones = np.ones(len(u))
+    up = yield from _fan(u, r, SHORT * ones)
+    fans.append(up)
+    if up.good(r):
+        return False
+    down = yield from _fan(u, r, -SHORT * ones)
+    fans += [down, (yield from _less_steep(u, r, up, down))]
     for length in LONGER:
-        if min(fans, key=lambda fan: fan.error).good(r):
-            return
-        up, down = (yield from _fan(u, r, length)), (yield from _fan(u, r, -length))
-        fans.append(_central(up, down))
+        if _best(fans).good(r):
+            return False
+        fans.append((yield from _both_sides(u, r, length * ones)))
+    return not _best(fans).good(r)
 
 
-def _fan(u: Array, r: Array, length: float) -> Moves[_Fan]:
-    changes, steps = yield from differences(u, r, np.full(len(u), length), detailed=True)
+def _both_sides(u: Array, r: Array, lengths: Array) -> Moves[_Fan]:
+    up, down = (yield from _fan(u, r, lengths)), (yield from _fan(u, r, -lengths))
+    return _central(up, down)
+
+
+def _fan(u: Array, r: Array, lengths: Array) -> Moves[_Fan]:
+    changes, steps = yield from differences(u, r, lengths, detailed=True)
     runs = np.isfinite(changes[:, 0])
     changes[~runs] = steps[~runs] = 0.0
     moved = (u + steps) - u  # as they are once rounded

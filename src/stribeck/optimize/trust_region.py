@@ -57,6 +57,7 @@ class Iterate:
         squares: Sum of the squared residuals.
         cost: Their root mean square.
         age: Corrections since the slopes were taken; 0 where they are exact.
+        lengths: Of the differences that served, where each coordinate needs its own, (dim,).
     """
 
     u: Array
@@ -65,6 +66,7 @@ class Iterate:
     squares: float
     cost: float
     age: int
+    lengths: Array | None = None
 
     @classmethod
     def at(cls, u: Array, r: Array) -> Iterate:
@@ -259,5 +261,5 @@ def _adapted(radius: float, reach: float, gain_ratio: float, widest: float) -> f
 
 def with_slopes(iterate: Iterate) -> Moves[Iterate]:
     """The slopes at a point."""
-    J = yield from slopes(iterate.u, iterate.r)
-    return replace(iterate, J=J, age=0)
+    J, lengths = yield from slopes(iterate.u, iterate.r, iterate.lengths)
+    return replace(iterate, J=J, age=0, lengths=lengths)
