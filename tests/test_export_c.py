@@ -17,6 +17,7 @@ import pytest
 from numba import float64, types
 
 from exported import SHAPED, VARIANTS, model_of
+from stribeck import export
 from stribeck.compile_cache import compiled as compiled_here
 from stribeck.errors import InputError
 from stribeck.export.code.c import MIN_AND_MAX, C, c
@@ -467,3 +468,11 @@ def test_the_head_says_what_friction_is_added_to() -> None:
     head = "\n".join(servo.head())
     assert "add it to the torque that is asked of the drive" in head
     assert f"takes volts: {values['R'] / values['k_t']:.4g} V for a N m" in head
+
+
+def test_an_export_shows_its_files_and_no_bytes() -> None:
+    shown = repr(export(model_of("stribeck"), "c"))
+    sizes = re.findall(r"([\w.]+), ([\d,]+) bytes", shown)
+    assert {name for name, _ in sizes} == {"friction.c", "friction.h", "selftest.c"}
+    assert "\\" not in shown
+    assert len(shown) < 200

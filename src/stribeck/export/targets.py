@@ -41,6 +41,10 @@ class Exported(NamedTuple):
     folder: bool = False
     suffix: str = ""
 
+    def __repr__(self) -> str:
+        sizes = (f"{name}, {len(content):,} bytes" for name, content in self.files.items())
+        return f"<{'; '.join(sizes)}; write(PATH) puts them there>"
+
     def write(self, out: str | Path) -> list[Path]:
         """Write the files, all or none, and return their paths.
 
