@@ -44,6 +44,8 @@ def test_a_force_contests_a_wrong_value_and_says_what_it_gives(
     assert words[:5] == [name, "is", "set", "to", f"{value:.4g}"]
     instead = float(told.split("the data give ")[1].split()[0])
     assert instead == pytest.approx(TRUTH[name], rel=0.02)
+    # What it leaves over is the value's doing: no other law or sensor is advised.
+    assert not [w for w in fit.warnings if "the model leaves over" in w]
 
 
 def test_what_bends_around_a_wrong_value_is_not_identified() -> None:
@@ -60,6 +62,17 @@ def test_a_force_does_not_contest_a_true_value(name: str) -> None:
             force_log(seed, noise), rig="forced", law="coulomb-viscous", fixed={name: TRUTH[name]}
         )
         assert contests(fit) == []
+
+
+def test_a_force_without_noise_contests_no_true_value() -> None:
+    """Its error is rounding, and so is what a value that is free differs by."""
+    log = force_log(4, 0.0)
+    x = np.sin(1.9 * log.t)
+    log = Recording(
+        t=log.t, position=x, force=-18.0 * 1.9**2 * x + 30.0 * 1.9 * np.cos(1.9 * log.t)
+    )
+    for fixed in ({"M": 18.0, "F_C": 0.0}, {"F_V": 30.0, "offset": 0.0}):
+        assert contests(identify(log, rig="forced", law="coulomb-viscous", fixed=fixed)) == []
 
 
 def test_a_force_says_nothing_of_a_value_that_it_cannot_tell() -> None:

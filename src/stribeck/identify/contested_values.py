@@ -58,6 +58,8 @@ class FreedValue:
         values: All parameters with it free, SI, (k,).
         gain: The share by which the sum of squares falls.
         misfit: What becomes of the misfit, in words.
+        adequate: Whether it is known that the model leaves nothing out with it free: then what it
+            leaves over is the value's doing.
     """
 
     name: str
@@ -67,6 +69,7 @@ class FreedValue:
     values: Array
     gain: float
     misfit: str
+    adequate: bool = False
 
     def contests(self, fixed: float) -> bool:
         """Whether it says that the value is another one."""

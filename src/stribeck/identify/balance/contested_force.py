@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import InputError
-from ..contested_values import FreedValue, fixed_values, slopes_over
+from ..contested_values import APART, FreedValue, fixed_values, slopes_over
 from ..uncertainty.covariance import HALF_WIDTH
 from . import balance
 from .regression import System
@@ -73,7 +73,7 @@ def _worth(solved: Balance, name: str, value: float) -> bool:
     except InputError:  # too few rows for one more
         return False
     half = HALF_WIDTH * float(quick.robust_errors[quick.names.index(name)])
-    return abs(quick[name] - value) > half
+    return abs(quick[name] - value) > max(half, APART * abs(value))
 
 
 def _freed(
@@ -90,4 +90,5 @@ def _freed(
         return None
     gain = 1.0 - (fit.score.value / solved.relative_error) ** 2
     misfit = f"the force error is {fit.score.value:.3g}, not {solved.relative_error:.3g} %"
-    return FreedValue(name, e.value, e.low, e.high, fit.p, gain, misfit)
+    adequate = not any(v.condition == "model" for v in fit.violations)
+    return FreedValue(name, e.value, e.low, e.high, fit.p, gain, misfit, adequate)

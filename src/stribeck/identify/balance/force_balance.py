@@ -192,9 +192,14 @@ def balance_fit(logs: SolvedLogs) -> Fit:
     scaled = proportional(parameters, p, slopes)
     score = _score(solved)
     holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
-    contests = (contested(parameters, value, judged) for value in logs.freed)
+    contests = {
+        violation: value
+        for value in logs.freed
+        if (violation := contested(parameters, value, judged)) is not None
+    }
+    explained = inadequate if any(value.adequate for value in contests.values()) else ()
     violations = (
-        *(violation for violation in contests if violation is not None),
+        *contests,
         *one_way_violations(parameters),
         *checks.violations,
         *(() if bias is None else bias.violations(logs.solved, judged)),
@@ -210,7 +215,7 @@ def balance_fit(logs: SolvedLogs) -> Fit:
     correlation = _correlation(solved.covariance)
     label = parameters.rig.label
     warnings = [
-        *sentences(violations),
+        *sentences([v for v in violations if v not in explained]),
         *bound_warnings(judged),
         *(
             f"{label(n)} was stopped by {label(at)}: the data would have it below"
