@@ -69,15 +69,16 @@ class Model:
 
 def taken(residuals: Residuals, u: Array, budget: float = np.inf) -> tuple[Array, int]:
     """Slopes at a point, and the evaluations that they took."""
-    found, rows = taken_with(residuals, u, None, budget)
+    found, rows = taken_with(residuals, u, None, budget, own=False)
     return found.J, rows
 
 
 def taken_with(
-    residuals: Residuals, u: Array, lengths: Array | None, budget: float = np.inf
-) -> tuple[Slopes, int]:
-    """The same from lengths that served nearby."""
-    moves, rows = slopes(u, residuals(u[None])[0], lengths), 0
+    residuals: Residuals, u: Array, lengths: Array | None, budget: float = np.inf, *,
+    own: bool = True,
+) -> tuple[Slopes, int]:  # fmt: skip
+    """The same where each coordinate may have its own length, from those that served nearby."""
+    moves, rows = slopes(u, residuals(u[None])[0], lengths, own=own), 0
     try:
         batch = next(moves)
         while True:

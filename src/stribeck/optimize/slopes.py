@@ -16,7 +16,8 @@ it shows the sum of what each of them has changed, but for jumps, rounding and c
 Where none of one length is good, one length does not serve all: what outweighs the roughness in a
 coordinate that changes little is, in one that changes much, beyond all curvature. There each has a
 length of its own, to both sides, over which the residuals change by the same share; and slopes at
-the next point begin with these.
+the next point begin with these. That takes more evaluations than a descent gains by it, and is for
+what is said of a fit.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class _Fan(NamedTuple):
         return bool(self.error <= GOOD * weak)
 
 
-def slopes(u: Array, r: Array, lengths: Array | None = None) -> Moves[Slopes]:
+def slopes(u: Array, r: Array, lengths: Array | None = None, *, own: bool = False) -> Moves[Slopes]:
     """Slopes of residuals over the unit cube.
 
     It takes dim + 1 evaluations as a rule, and as many for each further fan; where these are spent
@@ -99,18 +100,19 @@ def slopes(u: Array, r: Array, lengths: Array | None = None) -> Moves[Slopes]:
         u: Where, (dim,).
         r: The residuals there, (m,).
         lengths: Of differences that served nearby, where each coordinate needs its own, (dim,).
+        own: Whether each may have its own.
     """
     fans: list[_Fan] = []
     try:
-        if lengths is not None:
-            own = yield from _both_sides(u, r, lengths)
-            if own.serves:
-                return _own(own, r)
-            fans.append(own)
-        if (yield from _until_good(u, r, fans)):
-            own = yield from _both_sides(u, r, _lengths(_best(fans), r))
-            if own.serves:
-                return _own(own, r)
+        if own and lengths is not None:
+            fan = yield from _both_sides(u, r, lengths)
+            if fan.serves:
+                return _own(fan, r)
+            fans.append(fan)
+        if (yield from _until_good(u, r, fans)) and own:
+            fan = yield from _both_sides(u, r, _lengths(_best(fans), r))
+            if fan.serves:
+                return _own(fan, r)
     except SpentError:
         if not fans:
             raise

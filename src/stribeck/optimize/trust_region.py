@@ -57,7 +57,8 @@ class Iterate:
         squares: Sum of the squared residuals.
         cost: Their root mean square.
         age: Corrections since the slopes were taken; 0 where they are exact.
-        lengths: Of the differences that served, where each coordinate needs its own, (dim,).
+        own: Whether slopes may be by differences of each coordinate's own length.
+        lengths: Those that served, where that was so, (dim,).
     """
 
     u: Array
@@ -66,6 +67,7 @@ class Iterate:
     squares: float
     cost: float
     age: int
+    own: bool = False
     lengths: Array | None = None
 
     @classmethod
@@ -261,5 +263,5 @@ def _adapted(radius: float, reach: float, gain_ratio: float, widest: float) -> f
 
 def with_slopes(iterate: Iterate) -> Moves[Iterate]:
     """The slopes at a point."""
-    J, lengths = yield from slopes(iterate.u, iterate.r, iterate.lengths)
+    J, lengths = yield from slopes(iterate.u, iterate.r, iterate.lengths, own=iterate.own)
     return replace(iterate, J=J, age=0, lengths=lengths)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...errors import InputError
@@ -34,7 +36,7 @@ def linearised(counted: Counted, box: Box, x: Array) -> Iterate:
         raise InputError(f"{len(r)} rows cannot tell {box.dim} parameters: give more data")
     if counted.left < box.dim + 1:
         raise InputError(f"a budget of {counted.budget} rows is too small to take slopes: raise it")
-    iterate = Iterate.at(u, r)
+    iterate = replace(Iterate.at(u, r), own=True)
     (best,) = lockstep(counted, [AskTell("slopes", box.space, with_slopes(iterate))])
     return best or iterate
 
