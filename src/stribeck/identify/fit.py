@@ -14,9 +14,9 @@ from ..rig import Rig
 from ..rig.lookup import rig_and_law
 from .data_split import data_split, steady_tables
 from .loss import Breakaway, Loss
-from .multistart import Progress
 from .output_error import solve_output_error
 from .parameters import partition
+from .repeats import Progress
 from .request import checked_request
 from .result import Fit
 from .uncertainty.posterior import posterior as draw_posterior

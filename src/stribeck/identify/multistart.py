@@ -9,51 +9,32 @@ from functools import partial
 
 import numpy as np
 
-from ..errors import InputError
-from ..optimize import Run, Search, steps
+from ..optimize import Run
 from ..rig.simulated import as_simulated
 from ..space import Array
-from .displaced_inertia import displaced_inertia
-from .fit_warnings import NOISY, RIVAL, noise_floor
+from .fit_warnings import RIVAL
 from .free_constants import FreeConstantsProblem
-from .growing_span import growing_span
 from .initial_state import FreeStartProblem, free_starts
-from .nested_answers import Answers, contained, descended, nested_answers, richest, rigid_limit
+from .nested_answers import Answers, is_rich, richest, rigid_limit
 from .parameters import WIDENINGS, Parameters
-from .polish import Polished, polish, polish_run
+from .polish import Polished, polish
 from .problem import MotionProblem
-from .refinement import MANY, Refined, restarted, turned
+from .refined_answer import no_worse, reached, refined_answer
+from .refinement import MANY, Refined, restarted
+from .repeats import Progress, polished_runs, repeated
 from .result import SearchRecord
-from .ripple_orders import ripple_orders
 from .search_settings import (
-    CONFIRM,
-    CONFIRM_ROUGH,
     POLISH,
-    REPEATS,
     SearchSettings,
-    confirmed,
-    confirms,
-    rough,
     sticks_and_slips,
 )
-from .segment import recordings_of
 from .selection.nesting import carried, placed
-from .valley import along_valley
 
 #: Evaluations for each parameter and repeat below which a search is not worth its while.
 FEWEST = 100
 #: The share of J whose gain in wider default ranges calls for a new search, and how many searches
 #: there may be in all.
 MATERIAL, SEARCHES = 0.01, 3
-#: The next best answer is descended from again, on all samples and by the final loss, if it is
-#: worse there by no more than this share: before, the order of two answers may be another.
-NEAR = 0.02
-#: Evaluations a parameter of a descent by the other loss, or back from there; and how many times
-#: as many a walk along a valley may take.
-REFINE, VALLEY = 25, 4
-
-#: Called with the searches after every step.
-Progress = Callable[[Sequence[Search]], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,49 +61,6 @@ class Optimum:
     repeats: int
     interrupted: bool
     modes: tuple[Array, ...] = ()
-
-
-def run_searches(
-    problem: MotionProblem,
-    searches: Sequence[Search],
-    progress: Progress | None,
-    enough: Callable[[Sequence[Search]], bool] | None = None,
-    rests: Callable[[Search], bool] | None = None,
-) -> tuple[list[Run], bool]:
-    """Advance all searches together until they have ended, or until Ctrl-C.
-
-    Args:
-        problem: What they search.
-        searches: Ready to run, or ended.
-        progress: Called with them after every step.
-        enough: Whether their answer is confirmed: then all end.
-        rests: Whether one of them waits for the others.
-
-    Returns:
-        Their runs, and whether they were interrupted.
-
-    Raises:
-        InputError: no point that was tried could be simulated.
-    """
-    interrupted = False
-    try:
-        for _ in steps(problem, searches, rests):
-            if progress is not None:
-                progress(searches)
-            if enough is not None and enough(searches):
-                for search in searches:
-                    search.cut("confirmed")
-    except KeyboardInterrupt:
-        if not all(len(s.trace) for s in searches):
-            raise
-        interrupted = True
-    runs = [s.run() for s in searches]
-    if not np.isfinite(min(r.cost for r in runs)):
-        raise InputError(
-            f"no parameter set in the search ranges could be simulated with law "
-            f"{problem.parameters.law.name}: check the ranges and the rig's constants"
-        )
-    return runs, interrupted
 
 
 def with_free_starts(problem: MotionProblem) -> MotionProblem | FreeStartProblem:
@@ -160,7 +98,7 @@ def multistart(
     smooth = not sticks_and_slips(problem)
     searched = problem.thinned() if smooth and settings.memetic else problem
     runs, polished, evaluations, interrupted = _own(searched, settings, progress, smooth=smooth)
-    done = known or interrupted or not smooth or _reached(settings, polished[0].cost)
+    done = known or interrupted or not smooth or reached(settings, polished[0].cost)
     simple = None if done or not settings.memetic else richest(problem.parameters)
     below, least = 0, list(known)  # evaluations that are not of this law's budget
     if simple is not None:
@@ -171,7 +109,7 @@ def multistart(
     answer = Refined(polished[0].x, polished[0].cost, 0, rivals=tuple(least))
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
-        answer, interrupted = _refined_answer(
+        answer, interrupted = refined_answer(
             searched, answer, settings, progress, allowance, None if known else answers
         )
     evaluations += answer.evaluations
@@ -198,7 +136,7 @@ def multistart(
                 and left.budget >= FEWEST * problem.space.dim
                 and wider.cost < (1 - MATERIAL) * cost
             ):
-                known = (wider.x, *answer.rivals) if smooth and _rich(problem) else ()
+                known = (wider.x, *answer.rivals) if smooth and is_rich(problem) else ()
                 again = multistart(problem, left, progress, searches=searches - 1, known=known)
                 return _after(again, below + evaluations + refined, seconds)
             cost = wider.cost
@@ -246,8 +184,8 @@ def _own(
     With the evaluations, and whether Ctrl-C ended them.
     """
     near, rows = ([], 0) if smooth else _near_limit(problem, settings, progress)
-    runs, interrupted = _repeated(problem, settings, progress, smooth=smooth, near=near)
-    runs, polished, interrupted = _polished(problem, runs, settings, interrupted)
+    runs, interrupted = repeated(problem, settings, progress, smooth=smooth, near=near)
+    runs, polished, interrupted = polished_runs(problem, runs, settings, interrupted)
     rows += sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
     return runs, polished, rows, interrupted
 
@@ -292,124 +230,6 @@ def _contained_answer(
     return problem.over(wider), points, optimum.search.evaluations, optimum.interrupted
 
 
-def _repeated(
-    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool,
-    near: Sequence[Array] = (),
-) -> tuple[list[Run], bool]:  # fmt: skip
-    """The repeats; where those of a smooth problem, or of slips, confirm each other no more.
-
-    Where a force balance or another law shows where the answer is, they descend from there; others
-    only where that leaves more than noise.
-
-    Those that have come to the best misfit and stayed there wait for the others, as long as more
-    of them can be added. Where contained laws lead further there is one, and a brief one.
-    """
-    n = settings.repeats
-    known = settings.from_points(problem, near) or settings.from_contact(problem)
-    if known:
-        runs, interrupted = run_searches(problem, known, progress)
-        noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))
-        if interrupted or not rough(known, noise):
-            return runs, interrupted
-        rest = replace(settings, repeats=max(n - len(known), 1))
-        others, interrupted = _drawn(problem, rest, progress, smooth=smooth)
-        return [*runs, *others], interrupted
-    return _drawn(problem, settings, progress, smooth=smooth)
-
-
-def _drawn(
-    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
-) -> tuple[list[Run], bool]:
-    """The repeats of a search that begins anywhere; see `_repeated`."""
-    n = settings.repeats
-    guided = smooth or problem.weights is not None
-    if smooth and settings.memetic and _rich(problem):
-        n = max(n // REPEATS, 1)
-        searches = settings.searches(problem, smooth=smooth, n=n, brief=True)
-        return run_searches(problem, searches, progress)
-    if not (guided and settings.memetic) or n < CONFIRM:
-        return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
-    most = n if problem.space.dim >= MANY else 2 * n  # there restarts around the answer follow
-    searches = settings.searches(problem, smooth=smooth, n=most)
-    noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))
-    active = agreeing = CONFIRM
-    while True:
-        begun = searches[:active]
-        enough = partial(confirmed, noise=noise, repeats=agreeing)
-        rests = partial(confirms, begun, noise) if active < most else None
-        runs, interrupted = run_searches(problem, begun, progress, enough, rests)
-        if interrupted or active == most:
-            return runs, interrupted
-        if enough(begun):
-            if agreeing == CONFIRM_ROUGH or not rough(begun, noise):
-                return runs, interrupted
-            agreeing = CONFIRM_ROUGH
-        active += 1
-
-
-def _refined_answer(
-    problem: MotionProblem, answer: Refined, settings: SearchSettings, progress: Progress | None,
-    allowance: int, answers: Answers | None,
-) -> tuple[Refined, bool]:  # fmt: skip
-    """The answer of the repeats refined, or what others lead to where that is better.
-
-    And whether Ctrl-C ended that. The others are the answer's rivals and those of contained laws;
-    None: the rivals have these among them.
-
-    Where there are both, descents from rivals are others: of two places the lower need not be the
-    one that leads further.
-    """
-    if _reached(settings, answer.cost):
-        return answer, False
-    best, rivals = answer, list(answer.rivals)
-    try:
-        rich = _rich(problem)
-        if not rich:
-            best = _deepened(problem, answer.x, answer.cost)
-        spent, groups = best.evaluations, [rivals.copy()]
-        if answers is not None:
-            solve = partial(_solved, settings=settings, progress=progress)
-            nested, rows = nested_answers(problem, solve, answers)
-            spent += rows
-            groups.insert(0, nested)
-            rivals += nested
-        if rich:  # the search's own answer is as little refined as the others
-            groups[0].append(answer.x)
-            rivals.append(answer.x)
-        for starts in filter(None, groups):
-            end = descended(problem, starts)
-            spent += end.evaluations
-            rivals.append((best if end.cost < best.cost else end).x)
-            if end.cost < best.cost:
-                best = _along_valley(problem, end)
-                spent += best.evaluations - end.evaluations
-        best = replace(best, evaluations=spent)
-        # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
-        best = displaced_inertia(problem, best, (allowance - spent) // 2)
-        best = ripple_orders(problem, best)
-        grown = growing_span(problem, best)
-        best = grown if grown.cost == best.cost else _along_valley(problem, grown)
-        best = replace(best, rivals=tuple(rivals))
-    except KeyboardInterrupt:
-        return replace(best, rivals=answer.rivals), True
-    return best, False
-
-
-def _rich(problem: MotionProblem) -> bool:
-    """Whether a problem has many parameters, and a law that contains others.
-
-    Few evaluations for each of them lead from the answers of these to places that a search of the
-    whole box meets by luck. (Of four repeats for bam-m6 on the XL330's logs, of 2,600 evaluations
-    each, one ended at 44.3 mrad, the others at 66 to 98; descents from contained laws, 8,000 with
-    those that led to these, ended at 42.6 and 44.0.)
-    """
-    return problem.space.dim >= MANY and bool(contained(problem.parameters))
-
-
-def _reached(settings: SearchSettings, cost: float) -> bool:
-    return settings.target is not None and cost <= settings.target
-
-
 def _on_all_samples(
     problem: MotionProblem, answer: Refined, allowance: int, *, refit: bool
 ) -> tuple[Refined, bool]:
@@ -422,7 +242,7 @@ def _on_all_samples(
         if refit:
             end = polish(problem, best.x, None, min(allowance, POLISH))
             best = Refined(end.x, end.cost, end.evaluations)
-            best = _no_worse(problem, best, answer.rivals, allowance)
+            best = no_worse(problem, best, answer.rivals, allowance)
     except KeyboardInterrupt:
         return best, True
     return best, False
@@ -446,58 +266,12 @@ def _restarted(
 
     With its problem, whose ranges are wider where that is at their ends.
     """
-    if problem.space.dim < MANY or _reached(settings, start.cost):
+    if problem.space.dim < MANY or reached(settings, start.cost):
         return problem, start
     best = restarted(problem, Refined(start.x, start.cost, 0), settings.seed, allowance)
     end = Polished(best.x, best.cost, 0)
     problem, end = _widened(problem, end, allowance - best.evaluations)
     return problem, replace(end, evaluations=end.evaluations + best.evaluations)
-
-
-def _no_worse(
-    problem: MotionProblem, best: Refined, rivals: Sequence[Array], allowance: int
-) -> Refined:
-    """An answer, or what the best of its rivals leads to where that is better on all samples."""
-    if not rivals:
-        return best
-    costs, spent = problem(np.array(rivals)), best.evaluations + len(rivals)
-    k = int(np.nanargmin(costs)) if np.isfinite(costs).any() else 0
-    if costs[k] < (1 + NEAR) * best.cost:
-        end = polish(problem, rivals[k], None, min(allowance - spent, POLISH))
-        spent += end.evaluations
-        if end.cost < best.cost:
-            best = Refined(end.x, end.cost, spent)
-    return replace(best, evaluations=spent)
-
-
-def _solved(problem: MotionProblem, settings: SearchSettings, progress: Progress | None) -> Refined:
-    """The answer of a law that contains no other.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C ended the search.
-    """
-    runs, interrupted = _repeated(problem, settings, progress, smooth=True)
-    if interrupted:
-        raise KeyboardInterrupt
-    run = min(runs, key=lambda r: r.cost)
-    spent = sum(r.evaluations for r in runs)
-    return _deepened(problem, run.x, run.cost, spent)
-
-
-def _deepened(problem: MotionProblem, x: Array, cost: float, spent: int = 0) -> Refined:
-    """The minimum below a place, or a better one by way of the other loss or along its valley."""
-    allowance = REFINE * problem.space.dim
-    first = polish(problem, x, cost, allowance)
-    best = turned(problem, first.x, first.cost, allowance, spent + first.evaluations)
-    return _along_valley(problem, best)
-
-
-def _along_valley(problem: MotionProblem, best: Refined) -> Refined:
-    """A minimum, or a better one of its valley where its misfit is beyond the noise."""
-    if best.cost > NOISY * noise_floor(problem.parameters.rig, recordings_of(problem.train)):
-        end = along_valley(problem, best.x, best.cost, VALLEY * REFINE * problem.space.dim)
-        best = replace(best, x=end.x, cost=end.cost, evaluations=best.evaluations + end.evaluations)
-    return best
 
 
 def _after(optimum: Optimum, evaluations: int, seconds: float) -> Optimum:
@@ -525,19 +299,3 @@ def _widened(
         polished = polish(wider, polished.x, polished.cost, allowance - spent)
         problem, spent = wider, spent + polished.evaluations
     return problem, replace(polished, evaluations=spent)
-
-
-def _polished(
-    problem: MotionProblem, runs: Sequence[Run], settings: SearchSettings, interrupted: bool
-) -> tuple[list[Run], list[Polished], bool]:
-    """The runs and what polishing makes of them, the best first; True if Ctrl-C ended it."""
-    allowance = 0 if interrupted else settings.polish_budget
-    polished: list[Polished] = []
-    try:
-        for run in runs:
-            polished.append(polish_run(problem, run, allowance))  # noqa: PERF401 - Ctrl-C keeps it
-    except KeyboardInterrupt:
-        interrupted = True
-        polished += (polish_run(problem, r, 0) for r in runs[len(polished) :])
-    order = sorted(range(len(runs)), key=lambda k: polished[k].cost)
-    return [runs[k] for k in order], [polished[k] for k in order], interrupted

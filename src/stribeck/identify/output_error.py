@@ -13,11 +13,12 @@ from .arithmetic import Checked, exact_enough
 from .data_split import DataSplit
 from .free_constants import FreeConstantsProblem, with_free_constants
 from .measured_state import with_states
-from .multistart import Optimum, Progress, multistart
+from .multistart import Optimum, multistart
 from .output_error_fit import output_error_fit
 from .parameters import Parameters
 from .problem import MotionProblem
 from .refinement import MANY, settled
+from .repeats import Progress
 from .result import Fit
 from .search_settings import SearchSettings, sticks_and_slips
 from .segment import split_segments

@@ -18,10 +18,11 @@ from ...space import Array
 from ..balance import balance
 from ..initial_state import FreeStartProblem, free_starts
 from ..loss import SQUARES
-from ..multistart import Progress, run_searches, with_free_starts
+from ..multistart import with_free_starts
 from ..parameters import Parameters
 from ..polish import Polished, polish
 from ..problem import MotionProblem
+from ..repeats import Progress, run_searches
 from ..score import scores
 from ..segment import Segment, segments
 from ..uncertainty.residuals import parts
