@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,24 @@ def test_a_force_without_noise_contests_no_true_value() -> None:
     )
     for fixed in ({"M": 18.0, "F_C": 0.0}, {"F_V": 30.0, "offset": 0.0}):
         assert contests(identify(log, rig="forced", law="coulomb-viscous", fixed=fixed)) == []
+
+
+@pytest.mark.recordings("emps")
+@pytest.mark.parametrize(
+    ("name", "published", "wrong"), [("M", 95.1089, 90.0), ("F_C", 20.3935, 25.0)]
+)
+def test_a_real_axis_contests_what_is_not_published_of_it(
+    name: str, published: float, wrong: float
+) -> None:
+    log = Path(__file__).parents[2] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
+    fits = [
+        identify(log, rig="emps", law="coulomb-viscous", fixed={name: value})
+        for value in (published, wrong)
+    ]
+    assert contests(fits[0]) == []
+    (told,) = contests(fits[1])
+    instead = float(told.split("the data give ")[1].split()[0])
+    assert instead == pytest.approx(published, rel=1e-3)
 
 
 def test_a_force_says_nothing_of_a_value_that_it_cannot_tell() -> None:
