@@ -8,9 +8,10 @@ from numpy.random import default_rng
 
 from stribeck.identify.uncertainty.linearisation import box_of, linearised
 from stribeck.identify.uncertainty.profile import ROUGHEST, Profiles, profiles
-from stribeck.identify.uncertainty.roughness import outweighing, roughness
+from stribeck.identify.uncertainty.roughness import Roughness, outweighing, roughness
 from stribeck.identify.uncertainty.verdict import verdict
 from stribeck.optimize.lockstep import Counted
+from stribeck.optimize.trust_region import Iterate
 from stribeck.space import Array, box
 
 ROWS = 2000
@@ -88,3 +89,25 @@ def test_long_differences_outweigh_what_is_rough(size: float) -> None:
     exact = -100.0 * model.W.T
     errors = np.linalg.norm(J - exact, axis=1) / np.linalg.norm(exact, axis=1)
     assert errors.max() < 0.12
+
+
+def test_a_side_that_cannot_be_run_leaves_the_slope_to_the_other() -> None:
+    model = Line(0.03)
+
+    class Walled(Line):
+        def residuals(self, x: Array, /) -> Array:
+            R = super().residuals(x)
+            R[x[:, 0] > model.best[0] + 1e-4] = np.nan
+            R[x[:, 1] != model.best[1]] = np.nan
+            return R
+
+    walled = Walled(0.03)
+    counted, box_ = Counted(walled, 1000), box_of(walled)
+    u = box_.u(model.best)
+    walled_at = box_.x(u)
+    model.best[:] = walled_at  # as it is once decoded
+    best = Iterate.at(u, walled.residuals(walled_at[None])[0])
+    J = outweighing(best, box_, counted, Roughness(1.0, 0.1 * 0.03 * np.sqrt(2 * ROWS))).J
+    exact = -100.0 * model.W.T
+    assert np.linalg.norm(J[0] - exact[0]) < 0.2 * np.linalg.norm(exact[0])
+    assert not J[1].any()

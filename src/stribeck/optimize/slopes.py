@@ -16,8 +16,7 @@ it shows the sum of what each of them has changed, but for jumps, rounding and c
 Where none of one length is good, one length does not serve all: what outweighs the roughness in a
 coordinate that changes little is, in one that changes much, beyond all curvature. There each has a
 length of its own, to both sides, over which the residuals change by the same share; and slopes at
-the next point begin with these. That takes more evaluations than a descent gains by it, and is for
-what is said of a fit.
+the next point begin with these. That is for what is said of a fit; searches keep to one length.
 """
 
 from __future__ import annotations

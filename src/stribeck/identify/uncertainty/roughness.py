@@ -68,18 +68,21 @@ def _changes(best: Iterate, counted: Counted, places: Array) -> list[Roughness]:
 def outweighing(best: Iterate, box: Box, counted: Counted, rough: Roughness) -> Iterate:
     """A fit with slopes by differences to both sides that are long enough.
 
-    0 where neither neighbour can be run.
+    To one side where the other cannot be run, and 0 where neither can.
     """
     J, todo, length = np.zeros_like(best.J), np.arange(box.dim), FIRST
     for _ in range(1 + DOUBLINGS):
         if counted.left < 2 * len(todo):
             break
-        sides = [best.u + sign * length * np.eye(box.dim)[todo] for sign in (1.0, -1.0)]
-        up, down = (np.clip(side, 0.0, 1.0) for side in sides)
-        R = counted.residuals(box.space.decode(np.concatenate([up, down])))
-        R = np.where(np.isfinite(R), R, best.r)
-        change = R[: len(todo)] - R[len(todo) :]
-        J[todo] = change / (up - down).sum(axis=1)[:, None]
+        steps = length * np.eye(box.dim)[todo]
+        places = np.clip(np.concatenate([best.u + steps, best.u - steps]), 0.0, 1.0)
+        R = counted.residuals(box.space.decode(places))
+        fails = ~np.isfinite(R).all(axis=1)
+        R[fails], places[fails] = best.r, best.u
+        up, down = np.split(R, 2)
+        way = np.subtract(*np.split(places, 2)).sum(axis=1)
+        change = up - down
+        J[todo] = change / np.where(way > 0.0, way, 1.0)[:, None]
         todo = todo[~(np.linalg.norm(change, axis=1) > TIMES * rough.residuals)]
         if not len(todo):
             break
