@@ -340,7 +340,7 @@ def test_ctrl_c_while_polishing_keeps_the_search(
             raise KeyboardInterrupt
         return polish(problem, run, allowance)
 
-    monkeypatch.setattr("stribeck.identify.multistart.polish_run", interrupted)
+    monkeypatch.setattr("stribeck.identify.search_repeats.polish_run", interrupted)
     completed = stribeck_("identify", "up.csv", *QUICK, "--method", "bts", "--out", "unpolished")
     assert completed.status == 130
     assert completed.err == "stribeck: interrupted: the partial result is in unpolished/card.json\n"

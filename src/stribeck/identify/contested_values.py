@@ -4,7 +4,8 @@ A value that is set has no interval, and no condition of a fit asks whether it i
 bend around it, and what it leaves over looks like a delay, a drop of friction or play. So each
 parameter is freed once more beside the fit. The data contest its value where they determine
 another one, and the fit is better for that by more than noise. Where they do not, what rests on it
-is named.
+is named. A model that leaves something out bends to make up for it whatever is free: then a value
+is contested only if that is most of what was left.
 """
 
 from __future__ import annotations
@@ -22,9 +23,11 @@ from ..rig.rig import shown_in
 from .adequacy.effects import OF_INTERVAL, OF_VALUE
 from .conditions import Violation
 from .exact_constants import Slopes
+from .fit_warnings import NOISY
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem
 from .moved_estimates import may_be
+from .parameters import AT_END
 from .polish import polish
 from .uncertainty.assessment import standard_errors
 from .uncertainty.covariance import BLIND, HALF_WIDTH
@@ -40,8 +43,9 @@ if TYPE_CHECKING:
 #: A value is contested where it lies so many times farther from the estimate as the end of the 95 %
 #: interval on its side, and by more than this share of the greater of both.
 BEYOND, APART = 1.5, 0.01
-#: It is told where other estimates bend around it, or the sum of squares falls by this share.
-GAIN = 0.05
+#: It is told where other estimates bend around it, or the sum of squares falls by the first share;
+#: where the misfit stays beyond the noise, or the estimate at an end of its range, by the second.
+GAIN, MOST = 0.05, 0.5
 #: Evaluations of a refit by output error, and of the profile of what it frees, for each unknown.
 ROWS, PROFILE = 15, 60
 
@@ -133,6 +137,7 @@ def contested_by_motion(
     problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
     x: Array,
     judged: Sequence[Estimate],
+    noise: float,
 ) -> tuple[list[Violation], int]:
     """The values that the motion contests; and the rows evaluated.
 
@@ -140,10 +145,11 @@ def contested_by_motion(
         problem: The problem solved, its uncertain constants among the unknowns.
         x: The fit, SI, (dim,).
         judged: Its estimates, as in `parameters.every`.
+        noise: Of the sensors, in the unit of J.
     """
     violations, rows = [], 0
     for name in fixed_values(problem.parameters):
-        freed, spent = _freed(problem, x, name)
+        freed, spent = _freed(problem, x, name, noise)
         rows += spent
         violation = None if freed is None else contested(problem.parameters, freed, judged)
         violations += [] if violation is None else [violation]
@@ -151,7 +157,10 @@ def contested_by_motion(
 
 
 def _freed(
-    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, x: Array, name: str
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
+    x: Array,
+    name: str,
+    noise: float,
 ) -> tuple[FreedValue | None, int]:
     """What the motion gives for a parameter that is set, if that explains more; and the rows."""
     parameters = problem.parameters.freeing(name)
@@ -164,6 +173,12 @@ def _freed(
     before = float(problem(x[None])[0])
     refit = polish(freed, start, before, ROWS * each)
     rows = 1 + refit.evaluations
+    now, was = _reported(freed, refit.x), _reported(problem, x)
+    gain = 1.0 - (refit.cost / before) ** 2
+    (u,) = freed.space.encode(refit.x[None])
+    at_end = not AT_END < u[place] < 1.0 - AT_END
+    if gain < MOST and (now > NOISY * noise or at_end):
+        return None, rows
     try:
         errors, _ = standard_errors(freed, refit.x)
         rows += each
@@ -176,8 +191,6 @@ def _freed(
     rows += profiled.rows
     (profile,) = profiled.profiles
     unit = parameters.rig.unit_shown("position")
-    now, was = _reported(freed, refit.x), _reported(problem, x)
-    gain = 1.0 - (refit.cost / before) ** 2
     misfit = f"J is {now:.3g}, not {was:.3g} {unit}"
     values = parameters.full(refit.x[None, :dim])[0]
     low, high = profile.low.end, profile.high.end

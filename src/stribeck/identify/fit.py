@@ -16,9 +16,9 @@ from .data_split import data_split, steady_tables
 from .loss import Breakaway, Loss
 from .output_error import solve_output_error
 from .parameters import partition
-from .repeats import Progress
 from .request import checked_request
 from .result import Fit
+from .search_repeats import Progress
 from .uncertainty.posterior import posterior as draw_posterior
 from .uncertainty.posterior import sampler
 

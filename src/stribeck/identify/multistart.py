@@ -21,8 +21,8 @@ from .polish import Polished, polish
 from .problem import MotionProblem
 from .refined_answer import no_worse, reached, refined_answer
 from .refinement import MANY, Refined, restarted
-from .repeats import Progress, polished_runs, repeated
 from .result import SearchRecord
+from .search_repeats import Progress, polished_runs, repeated
 from .search_settings import (
     POLISH,
     SearchSettings,

@@ -18,8 +18,8 @@ from .output_error_fit import output_error_fit
 from .parameters import Parameters
 from .problem import MotionProblem
 from .refinement import MANY, settled
-from .repeats import Progress
 from .result import Fit
+from .search_repeats import Progress
 from .search_settings import SearchSettings, sticks_and_slips
 from .segment import split_segments
 from .single_logs import answers_alone

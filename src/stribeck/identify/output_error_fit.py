@@ -23,6 +23,7 @@ from .delay_advice import with_delay
 from .exact_constants import Slopes, exact_constants, exact_slopes
 from .fit_warnings import (
     misfit_violations,
+    noise_floor,
     output_error_warnings,
     shared_directions,
 )
@@ -275,7 +276,12 @@ def _refits(
     """
     problem, x, optimum = solved.problem, solved.x, solved.optimum
     refits = [
-        contested_by_motion(optimum.problem, solved.uncertain.x, judged),
+        contested_by_motion(
+            optimum.problem,
+            solved.uncertain.x,
+            judged,
+            noise_floor(solved.parameters.rig, solved.logs),
+        ),
         drift_violations(problem, x, judged),
     ]
     motion = problem.at(x)[0] if isinstance(problem, FreeStartProblem) else problem

@@ -16,8 +16,8 @@ from .nested_answers import Answers, descended, is_rich, nested_answers
 from .polish import polish
 from .problem import MotionProblem
 from .refinement import Refined, turned
-from .repeats import Progress, repeated
 from .ripple_orders import ripple_orders
+from .search_repeats import Progress, repeated
 from .search_settings import POLISH, SearchSettings
 from .segment import recordings_of
 from .valley import along_valley

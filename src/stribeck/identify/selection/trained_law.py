@@ -22,8 +22,8 @@ from ..multistart import with_free_starts
 from ..parameters import Parameters
 from ..polish import Polished, polish
 from ..problem import MotionProblem
-from ..repeats import Progress, run_searches
 from ..score import scores
+from ..search_repeats import Progress, run_searches
 from ..segment import Segment, segments
 from ..uncertainty.residuals import parts
 from .folds import LogRange
