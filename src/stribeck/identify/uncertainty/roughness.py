@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...optimize.box import Box
-from ...optimize.lockstep import Counted
+from ...optimize.differences import differences
+from ...optimize.lockstep import AskTell, Counted, lockstep
+from ...optimize.moves import Moves
 from ...optimize.trust_region import Iterate
 from ...space import Array
 
@@ -70,21 +72,21 @@ def outweighing(best: Iterate, box: Box, counted: Counted, rough: Roughness) -> 
 
     To one side where the other cannot be run, and 0 where neither can.
     """
-    J, todo, length = np.zeros_like(best.J), np.arange(box.dim), FIRST
-    for _ in range(1 + DOUBLINGS):
-        if counted.left < 2 * len(todo):
-            break
-        steps = length * np.eye(box.dim)[todo]
-        places = np.clip(np.concatenate([best.u + steps, best.u - steps]), 0.0, 1.0)
-        R = counted.residuals(box.space.decode(places))
-        fails = ~np.isfinite(R).all(axis=1)
-        R[fails], places[fails] = best.r, best.u
-        up, down = np.split(R, 2)
-        way = np.subtract(*np.split(places, 2)).sum(axis=1)
-        change = up - down
-        J[todo] = change / np.where(way > 0.0, way, 1.0)[:, None]
-        todo = todo[~(np.linalg.norm(change, axis=1) > TIMES * rough.residuals)]
-        if not len(todo):
-            break
-        length *= 2.0
+    J = np.zeros_like(best.J)
+    lockstep(counted, [AskTell("slopes", box.space, _lengthened(best, TIMES * rough.residuals, J))])
     return replace(best, J=J, age=0)
+
+
+def _lengthened(best: Iterate, least: float, J: Array) -> Moves[None]:
+    """Slopes, into J, by differences that are doubled until residuals change by so much."""
+    lengths = np.full(len(best.u), FIRST)
+    for _ in range(1 + DOUBLINGS):
+        up, ahead = yield from differences(best.u, best.r, lengths, detailed=True)
+        down, behind = yield from differences(best.u, best.r, -lengths, detailed=True)
+        both = ahead != behind
+        change = np.where(both[:, None], up - down, up)
+        runs = np.isfinite(change[:, 0])
+        J[runs] = change[runs] / np.where(both, ahead - behind, ahead)[runs, None]
+        lengths = np.where(np.linalg.norm(change, axis=1) <= least, 2.0 * lengths, 0.0)
+        if not lengths.any():
+            break
