@@ -95,6 +95,17 @@ def test_a_real_axis_contests_what_is_not_published_of_it(
     assert instead == pytest.approx(published, rel=1e-3)
 
 
+@pytest.mark.parametrize(("value", "times"), [(30.0, 0), (45.0, 1)])
+def test_a_table_of_steady_speeds_contests_a_wrong_value_alone(value: float, times: int) -> None:
+    speeds = np.repeat(np.linspace(0.01, 0.4, 15), 2) * np.tile([1.0, -1.0], 15)
+    force = 20.0 * np.sign(speeds) + 30.0 * speeds + np.random.default_rng(0).normal(0.0, 0.1, 30)
+    table = {"velocity_m_s": speeds, "force_N": force}
+    fit = identify(table, rig="forced", law="coulomb-viscous", fixed={"F_V": value, "M": 12.0})
+    told = contests(fit)
+    assert len(told) == times
+    assert all("F_V is set to 45 N s/m, and the data give 29.9" in w for w in told)
+
+
 def test_a_force_says_nothing_of_a_value_that_it_cannot_tell() -> None:
     """One slow sine accelerates so little that any mass explains it."""
     t = np.arange(0.0, 60.0, 1e-2)

@@ -83,7 +83,7 @@ class FreedValue:
 
 
 def fixed_values(parameters: Parameters) -> dict[str, float]:
-    """The values that are set because someone wants them so, SI, by name: no law's or rig's."""
+    """The values set of parameters that would be searched, SI, by name."""
     return {
         q.name: parameters.fixed[q.name]
         for q in parameters.every

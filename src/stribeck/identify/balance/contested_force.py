@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,53 +24,54 @@ if TYPE_CHECKING:
 _DOUBTS = frozenset({"data", "model", "arithmetic", "at a bound", "guessed", "rests on another"})
 
 
-def contested_by_force(
-    parameters: Parameters, solved: Balance, judge: Callable[[Parameters], Fit]
-) -> tuple[FreedValue, ...]:
-    """What the logs give for parameters that are set, where the balance is better with them free.
+@dataclass(frozen=True)
+class SetValues:
+    """What a balance owes to the parameters that are set.
 
-    A quick look, with the parameter free in the balance that was solved, says which are worth a
-    fit of their own, with all that it is judged by.
+    Args:
+        freed: What the logs give for those that may be others.
+        slopes: Of the free parameters over those set, all others refitted, SI.
+    """
+
+    freed: tuple[FreedValue, ...] = ()
+    slopes: Slopes = field(default_factory=dict)
+
+
+def set_values(
+    parameters: Parameters, solved: Balance, judge: Callable[[Parameters], Fit]
+) -> SetValues:
+    """The parameters that are set, each free once more in the balance that was solved.
+
+    A quick look says for which a fit of its own is worth while, with all that it is judged by.
 
     Args:
         parameters: As they were asked for.
         solved: Their balance.
         judge: The fit of others on the same logs.
     """
-    values = (
-        _freed(parameters.freeing(name), name, solved, judge)
-        for name, value in fixed_values(parameters).items()
-        if _worth(solved, name, value)
-    )
-    return tuple(value for value in values if value is not None)
-
-
-def force_slopes(parameters: Parameters, solved: Balance) -> Slopes:
-    """Slopes of a balance's free parameters over the values set, all others refitted, SI.
-
-    Args:
-        parameters: As they were asked for.
-        solved: Their balance.
-    """
+    freed: list[FreedValue] = []
     slopes: dict[str, Mapping[str, float]] = {}
     for name, value in fixed_values(parameters).items():
+        system = System(solved.system.parameters.freeing(name), solved.system.logs)
         if value:
-            freed = solved.system.parameters.freeing(name)
-            W = System(freed, solved.system.logs).jacobian(solved.values)
-            columns = dict(zip((q.name for q in freed.free), W.T, strict=True))
-            over = {name: columns.pop(name)}
-            slopes |= slopes_over([*columns.values()], over, [*columns])
-    return slopes
+            slopes |= _slopes(system, solved, name)
+        if _worth(system, solved, name, value):
+            freed += _freed(parameters.freeing(name), name, solved, judge)
+    return SetValues(tuple(freed), slopes)
 
 
-def _worth(solved: Balance, name: str, value: float) -> bool:
+def _slopes(system: System, solved: Balance, name: str) -> Slopes:
+    """Slopes of the other free parameters of a system over one of them."""
+    names = [q.name for q in system.parameters.free]
+    columns = dict(zip(names, system.jacobian(solved.values).T, strict=True))
+    over = {name: columns.pop(name)}
+    return slopes_over([*columns.values()], over, [*columns])
+
+
+def _worth(system: System, solved: Balance, name: str, value: float) -> bool:
     """Whether a balance with a parameter free may have it elsewhere."""
-    system = solved.system
-    if name not in system.parameters.fixed:
-        return False
-    freed = System(system.parameters.freeing(name), system.logs)
     try:
-        quick = balance.solved(freed, solved.values)
+        quick = balance.solved(system, solved.values)
     except InputError:  # too few rows for one more
         return False
     half = HALF_WIDTH * float(quick.robust_errors[quick.names.index(name)])
@@ -78,17 +80,17 @@ def _worth(solved: Balance, name: str, value: float) -> bool:
 
 def _freed(
     parameters: Parameters, name: str, solved: Balance, judge: Callable[[Parameters], Fit]
-) -> FreedValue | None:
-    """What a fit with a parameter free gives for it; None where it is in doubt itself."""
+) -> list[FreedValue]:
+    """What a fit with a parameter free gives for it; nothing where that is in doubt itself."""
     try:
         fit = judge(parameters)
     except InputError:
-        return None
+        return []
     pairs = zip(parameters.every, fit.estimates, strict=True)
     (e,) = (e for q, e in pairs if q.name == name)
     if e.verdict == "not identifiable" or e.reason in _DOUBTS or not np.isfinite(e.high - e.low):
-        return None
+        return []
     gain = 1.0 - (fit.score.value / solved.relative_error) ** 2
     misfit = f"the force error is {fit.score.value:.3g}, not {solved.relative_error:.3g} %"
     adequate = not any(v.condition == "model" for v in fit.violations)
-    return FreedValue(name, e.value, e.low, e.high, fit.p, gain, misfit, adequate)
+    return [FreedValue(name, e.value, e.low, e.high, fit.p, gain, misfit, adequate)]

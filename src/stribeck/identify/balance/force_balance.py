@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..adequacy.effects import Effects, effects
 from ..adequacy.generalisation import held_out_violations
 from ..adequacy.neighbours import neighbour_violations
 from ..conditions import lowered, sentences
-from ..contested_values import FreedValue, contested
+from ..contested_values import contested
 from ..data_split import DataSplit
 from ..exact_constants import Slopes, exact_constants, scale
 from ..held_out_scope import held_out_scope
@@ -39,7 +39,7 @@ from .balance import Balance
 from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
-from .contested_force import contested_by_force, force_slopes
+from .contested_force import SetValues, set_values
 from .counted_twice import twice_violations
 from .force_residuals import BalanceResiduals
 from .known_load import load_notes
@@ -75,13 +75,9 @@ def solve_balance(
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
     """
-
-    def solve(parameters: Parameters) -> SolvedLogs:
-        return _solved(parameters, data, draws, delay, velocity)
-
-    logs = solve(parameters)
-    contest = contested_by_force(parameters, logs.solved, lambda freed: balance_fit(solve(freed)))
-    return balance_fit(replace(logs, freed=contest))
+    return fit_with_set_values(
+        parameters, draws, lambda asked, drawn: _solved(asked, data, drawn, delay, velocity)
+    )
 
 
 def _solved(
@@ -146,7 +142,7 @@ class SolvedLogs:
         differing: What the logs give one by one.
         effects: What the residual shows of what the model leaves out, of the estimates.
         bias: What the error of the motion has moved the estimates by; None where by nothing.
-        freed: What the logs give for parameters that are set.
+        set_values: What it owes to the parameters that are set.
     """
 
     data: DataSplit
@@ -159,7 +155,22 @@ class SolvedLogs:
     differing: LogSpreads
     effects: Callable[[Sequence[Estimate]], Effects]
     bias: SensorBias | None = None
-    freed: tuple[FreedValue, ...] = ()
+    set_values: SetValues = field(default_factory=SetValues)
+
+
+def fit_with_set_values(
+    parameters: Parameters, draws: int, solve: Callable[[Parameters, int], SolvedLogs]
+) -> Fit:
+    """The fit of a force balance, the parameters that are set held against its logs.
+
+    Args:
+        parameters: As they were asked for.
+        draws: Data sets of a block bootstrap.
+        solve: Solves the balance of these or others, with so many draws.
+    """
+    logs = solve(parameters, draws)
+    values = set_values(parameters, logs.solved, lambda freed: balance_fit(solve(freed, 0)))
+    return balance_fit(replace(logs, set_values=values))
 
 
 def balance_fit(logs: SolvedLogs) -> Fit:
@@ -194,7 +205,7 @@ def balance_fit(logs: SolvedLogs) -> Fit:
     holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
     contests = {
         violation: value
-        for value in logs.freed
+        for value in logs.set_values.freed
         if (violation := contested(parameters, value, judged)) is not None
     }
     explained = inadequate if any(value.adequate for value in contests.values()) else ()
@@ -222,7 +233,7 @@ def balance_fit(logs: SolvedLogs) -> Fit:
             for n, at in others.items()
         ),
         *correlation_warnings(parameters, correlation),
-        *exact_constants(parameters, judged, {**slopes, **force_slopes(parameters, solved)}),
+        *exact_constants(parameters, judged, {**slopes, **logs.set_values.slopes}),
         *scale(parameters.rig),
         *calibration(parameters, unscaled),
         *loaded,

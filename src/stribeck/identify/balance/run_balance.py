@@ -30,7 +30,7 @@ from . import balance
 from .balance import Balance
 from .checks import SPEEDS, BalanceChecks, curved, distinct_speeds, unexplained
 from .constant_slopes import constant_slopes
-from .force_balance import SolvedLogs, balance_fit, log_parts
+from .force_balance import SolvedLogs, fit_with_set_values, log_parts
 from .force_residuals import BalanceResiduals
 from .one_way import without_offset
 from .regression import stacked
@@ -65,6 +65,11 @@ def solve_runs(parameters: Parameters, data: DataSplit, *, draws: int = 0) -> Fi
     Raises:
         InputError: too few rows, or parameters of which a table says nothing.
     """
+    return fit_with_set_values(parameters, draws, lambda asked, drawn: _solved(asked, data, drawn))
+
+
+def _solved(parameters: Parameters, data: DataSplit, draws: int) -> SolvedLogs:
+    """The balance of `solve_runs` with all that its fit is judged by."""
     logs = data.recordings
     parameters = without_mass(parameters)
     if len({int(np.sign(v)) for log in logs for v in _speeds(log)} - {0}) == 1:
@@ -87,18 +92,16 @@ def solve_runs(parameters: Parameters, data: DataSplit, *, draws: int = 0) -> Fi
         *_scattered(parameters, logs, scatter),
         *_faults(solved),
     )
-    return balance_fit(
-        SolvedLogs(
-            data,
-            tuple(recordings),
-            solved,
-            residuals,
-            uncertain,
-            BalanceChecks(violations, solved.robust_errors),
-            slopes,
-            differing,
-            lambda judged: curves(solved, judged),
-        )
+    return SolvedLogs(
+        data,
+        tuple(recordings),
+        solved,
+        residuals,
+        uncertain,
+        BalanceChecks(violations, solved.robust_errors),
+        slopes,
+        differing,
+        lambda judged: curves(solved, judged),
     )
 
 
