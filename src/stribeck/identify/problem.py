@@ -110,14 +110,21 @@ class MotionProblem:
         if self.weights is not None:
             return self._slip_residuals(x, self.weights)
         p, physical = self._physical(x)
+        if physical.all():
+            return self._misfits(p)
         result = np.full((len(p), self.samples), np.nan)
         if physical.any():
-            tracks = [s.track for s in self.train]
-            positions = self._rig.positions_over(self.parameters.law, p[physical], tracks)
-            ends = np.cumsum([len(track.t) for track in tracks])[:-1]
-            parts = zip(np.split(positions, ends, axis=1), self.train, strict=True)
-            result[physical] = np.concatenate([self._misfit(*part) for part in parts], axis=1)
+            result[physical] = self._misfits(p[physical])
         return result
+
+    def _misfits(self, p: Array) -> Array:
+        """Those of complete sets that can be simulated, (n, samples)."""
+        tracks = [s.track for s in self.train]
+        positions = self._rig.positions_over(self.parameters.law, p, tracks)
+        ends = np.cumsum([len(track.t) for track in tracks])[:-1]
+        parts = zip(np.split(positions, ends, axis=1), self.train, strict=True)
+        misfits = [self._misfit(*part) for part in parts]
+        return np.concatenate(misfits, axis=1) if len(misfits) > 1 else misfits[0]
 
     def _slip_residuals(self, x: Array, weights: BreakawayWeights) -> Array:
         """Of the motion of each slip under its own breakaway, and then of the breakaways."""
@@ -174,8 +181,10 @@ class MotionProblem:
     def _misfit(self, positions: Array, segment: Segment) -> Array:
         """Measured less simulated positions of a segment, as the loss counts them."""
         track = segment.track
-        counts = np.flatnonzero(track.score)
-        residuals: Array = (track.measured - positions).take(counts, axis=1) / self.scale
+        residuals: Array = track.measured - positions
+        if not track.score.all():
+            residuals = residuals.take(np.flatnonzero(track.score), axis=1)
+        residuals /= self.scale
         if track.reading.weight != 1.0:
             residuals *= track.reading.weight
         if self._rig.floating:

@@ -217,25 +217,47 @@ class SteppedRig(SimulatedRig):
 
     def positions_over(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
         """The positions over several tracks, simulated together; see `SimulatedRig`."""
-        return self._motions(law, p, tracks)[0]
+        p, c, exact = self._prepared(law, p, tracks)
+        if not exact.all():
+            return self._moved(law, p, c, exact, tracks)[0]
+        from .motion.spring_motion import spring_positions  # noqa: PLC0415 - compiled code that others need not load
+
+        return spring_positions(law, p, c, tracks)
 
     def _motions(self, law: Law, p: Array, tracks: Sequence[Track]) -> tuple[Array, Array, Array]:
         """Position, velocity and drive force over tracks; see `motions_over`."""
+        return self._moved(law, *self._prepared(law, p, tracks), tracks)
+
+    def _prepared(
+        self, law: Law, p: Array, tracks: Sequence[Track]
+    ) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Parameters of the law, (n, k), constants, (tracks, n, ...), and which motions are exact.
+
+        Args:
+            law: The friction.
+            p: Complete sets.
+            tracks: What is simulated.
+        """
         p, k = self.checked(law, p), len(law.params)
         c = self.constants_over(law, p[:, k:], tracks)
+        return p[:, :k], c, self._exact(law, p[:, :k], c, tracks)
+
+    def _moved(
+        self, law: Law, p: Array, c: Array, exact: NDArray[np.bool_], tracks: Sequence[Track]
+    ) -> tuple[Array, Array, Array]:
+        """The motions of what `_prepared` gives."""
         from .motion.implicit import motions_over  # noqa: PLC0415 - compiled code that others need not load
 
         settings = self["step"], self["tolerance"]
-        exact = self._exact(law, p[:, :k], c, tracks)
         if not exact.any():
-            return motions_over(law, AXIS, p[:, :k], c, tracks, *settings)
+            return motions_over(law, AXIS, p, c, tracks, *settings)
         from .motion.spring_motion import spring_motions  # noqa: PLC0415 - as above
 
         if exact.all():
-            return spring_motions(law, p[:, :k], c, tracks)
+            return spring_motions(law, p, c, tracks)
         motion = np.empty((3, len(p), sum(len(track.t) for track in tracks)))
-        motion[:, exact] = spring_motions(law, p[exact, :k], c[:, exact], tracks)
-        motion[:, ~exact] = motions_over(law, AXIS, p[~exact, :k], c[:, ~exact], tracks, *settings)
+        motion[:, exact] = spring_motions(law, p[exact], c[:, exact], tracks)
+        motion[:, ~exact] = motions_over(law, AXIS, p[~exact], c[:, ~exact], tracks, *settings)
         return motion[0], motion[1], motion[2]
 
     def _exact(self, law: Law, p: Array, c: Array, tracks: Sequence[Track]) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from ...rig.balanced import as_balanced
 from ...space import Array, Space
 from ..parameters import Parameters
 from . import variable_projection
+from .filtered_columns import FilteredColumns
 from .modelled_force import friction_under
 from .rows import Log
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 _STEP = 1e-4
 #: Shapes of the curve whose columns are kept, and numbers in all of them at most.
 SHAPES, NUMBERS = 16, 1 << 24
+#: Numbers at most in columns before they are filtered, of which those of the last shape are kept.
+UNFILTERED = 1 << 21
 
 
 class System:
@@ -49,6 +52,7 @@ class System:
         self.y = stacked([log.force for log in logs])
         self.prior = np.zeros((0, len(self.linear))) if prior is None else prior
         self._kept: dict[bytes, tuple[Array, Array]] = {}
+        self._filtered = [FilteredColumns() for _ in logs]
         self._limits = self._linear_limits()
         self._orders = [
             (self.shape.index(i), self.shape.index(j))
@@ -110,7 +114,7 @@ class System:
             motion = log.motion(at)
             rubs = {key: friction(at, motion) for key, friction in frictions.items()}
             rows = [self.rig.force(self.law, row, *motion, rubs[row[:own].tobytes()]) for row in p]
-            return np.column_stack(rows)
+            return np.array(rows).T
 
         return forces
 
@@ -134,7 +138,7 @@ class System:
         key = shape.tobytes()
         if key not in self._kept:
             x = np.vstack([np.zeros(len(self.linear)), np.eye(len(self.linear))])
-            f = self._predicted(self.full(x, np.tile(shape, (len(x), 1))))
+            f = self._renewed(self.full(x, np.tile(shape, (len(x), 1))))
             most = int(np.clip(NUMBERS // f.size, 1, SHAPES)) if f.size else 1
             while len(self._kept) >= most:
                 self._kept.pop(next(iter(self._kept)))
@@ -142,6 +146,20 @@ class System:
             f[:, 1:] -= base[:, None]
             self._kept[key] = f[:, 1:], base
         return self._kept[key]
+
+    def _renewed(self, p: Array) -> Array:
+        """As `_predicted`, but what is as it was for the last shape is not filtered again.
+
+        An inertial or a viscous force, say, is the same for every shape.
+        """
+        if self.samples * len(p) > UNFILTERED:
+            return self._predicted(p)
+        columns = [
+            before.renewed(log, self._forces(log, p)(slice(0, len(log))))
+            for log, before in zip(self.logs, self._filtered, strict=True)
+        ]
+        self._filtered = columns
+        return stacked([c.thin for c in columns]).copy()
 
     def is_kept(self, shape: Array) -> bool:
         """Whether the regressor at given shape parameters is at hand."""

@@ -199,9 +199,12 @@ def _rows(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
     levels: Array, yields: Array, viscous: Array, c: Array, t: Array, first: Array, inputs: Array,
     start: Array, out_q: Array, out_v: Array, out_F: Array, counter: Array,
 ) -> None:  # fmt: skip
-    """Simulate the motions that no thread has taken yet, as `implicit` does."""
+    """Simulate the motions that no thread has taken yet, as `implicit` does.
+
+    Velocities and forces are written where their arrays have rows.
+    """
     t, inputs = borrowed(t), borrowed(inputs)
-    n, external = len(levels), len(inputs) > EXTERNAL_FORCE
+    n, external, whole_state = len(levels), len(inputs) > EXTERNAL_FORCE, len(out_v) > 0
     z_owner, u_owner = np.empty(levels.shape[1]), np.zeros(INPUTS)
     load_owner = np.empty(LOAD_ROOM)
     z, idle, load = borrowed(z_owner), borrowed(u_owner), borrowed(load_owner)
@@ -238,8 +241,9 @@ def _rows(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
         whole, w_slope, w_h, w_first, w_second = -1.0, 0.0, 0.0, 0.0, 0.0
         steps_left = ROOM + EACH * (end - begin)
         for k in range(begin, end):
-            out_q[row, k], out_v[row, k] = q, v
-            out_F[row, k] = at_rest + drive * inputs[ADDED, k]
+            out_q[row, k] = q
+            if whole_state:
+                out_v[row, k], out_F[row, k] = v, at_rest + drive * inputs[ADDED, k]
             if k == end - 1 or not (abs(q) < 1e12 and abs(v) < 1e12) or steps_left <= 0:  # noqa: PLR2004
                 break
             F, span = F_1, t[k + 1] - t[k]
@@ -323,11 +327,26 @@ def spring_motions(
     law: Law, p: Array, c: Array, tracks: Sequence[Track]
 ) -> tuple[Array, Array, Array]:
     """Position, velocity and drive force, (n, N) each, as `implicit.motions_over` has them."""
+    q, v, F = np.full((3, len(p), sum(len(track.t) for track in tracks)), np.nan)
+    _move(law, p, c, tracks, q, v, F)
+    return q, v, F
+
+
+def spring_positions(law: Law, p: Array, c: Array, tracks: Sequence[Track]) -> Array:
+    """The positions alone, (n, N)."""
+    q = np.full((len(p), sum(len(track.t) for track in tracks)), np.nan)
+    _move(law, p, c, tracks, q, np.empty((0, 0)), np.empty((0, 0)))
+    return q
+
+
+def _move(
+    law: Law, p: Array, c: Array, tracks: Sequence[Track], q: Array, v: Array, F: Array
+) -> None:
+    """Write the motions into q, and into v and F where these have rows."""
     n = len(p)
-    first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
-    q, v, F = np.full((3, n, first[-1]), np.nan)
     if not n:
-        return q, v, F
+        return
+    first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
     assert law.elements is not None  # noqa: S101 - `swings` tells
     W, d, viscous = law.elements(p)
     start = np.repeat([[track.x0, track.v0] for track in tracks], n, axis=0)
@@ -341,7 +360,6 @@ def spring_motions(
         ),
         max(2, 10 * row_pool.FEWEST_SAMPLES * len(tracks) // max(int(first[-1]), 1)),
     )  # fmt: skip
-    return q, v, F
 
 
 def _ready(a: Any) -> Array:
