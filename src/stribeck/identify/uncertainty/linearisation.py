@@ -43,11 +43,26 @@ def linearised(counted: Counted, box: Box, x: Array) -> Iterate:
 
 def predicted(iterate: Iterate, box: Box, k: int, move: float) -> tuple[Array, float]:
     """Where the linear model has the others if coordinate k moves, and the sum of squares there."""
+    return _best_others(iterate, box, k, move, iterate.r)
+
+
+def compensated(iterate: Iterate, box: Box, k: int, move: float) -> Array:
+    """Where they make up for a move of coordinate k, (dim,), and for nothing else.
+
+    Residuals beside the fit promise gains along weak slopes that no step may keep. A move that
+    follows such a promise leads away whatever its length; this one is as short as the move.
+    """
+    return _best_others(iterate, box, k, move, np.zeros_like(iterate.r))[0]
+
+
+def _best_others(
+    iterate: Iterate, box: Box, k: int, move: float, r: Array
+) -> tuple[Array, float]:
+    """The others of least squares if coordinate k moves, of residuals r before the move."""
     u = iterate.u.copy()
     u[k] = min(max(u[k] + move, 0.0), 1.0)
     u = box.orderly(u, k)
-    r = iterate.r + np.einsum("i,im->m", u - iterate.u, iterate.J)
-    moved = iterate.moved(u, r)
+    moved = iterate.moved(u, r + np.einsum("i,im->m", u - iterate.u, iterate.J))
     s, promise = moved.step(box, others(box.dim, k), REACH)
     return box.orderly(u + s, k), moved.squares - promise
 

@@ -17,7 +17,7 @@ from ...optimize.box import Box
 from ...optimize.moves import Answer, Detailed, Moves, SpentError, counted
 from ...optimize.trust_region import Iterate, minimise, with_slopes
 from ...space import Array
-from .linearisation import others, predicted
+from .linearisation import compensated, others, predicted
 from .residuals import Residuals, physical
 
 Ended = Literal["threshold", "bound", "order", "flat", "unrunnable", "budget"]
@@ -242,16 +242,17 @@ def _refitted(ray: Ray, at: Standing, goal: float) -> Moves[tuple[Iterate | None
     """The refit at a distance; where it has to be tried nearer, None, the next stride and why."""
     box, k, threshold, step = ray.box, ray.k, ray.threshold, goal - at.t
     u, _ = predicted(at.place, box, k, ray.sign * step)
-    answer: Answer = yield Detailed(u[None])
-    R = _shown(answer)[0]
-    if not np.isfinite(R).all():
+    trial = yield from _tried(at.place, u)
+    if trial is None:
         allowed = physical(ray.problem, box.x(u)[None])[0]
         return None, step / 3, "unrunnable" if allowed else "order"
-    trial = at.place.corrected(u - at.place.u, R).moved(u, R)
     height, free = ray.height(trial.squares), others(box.dim, k)
     if height > FAR and step > NEAR * max(goal, ray.reach):
         # the straight guess errs by the square of the step, and so does its height
-        return None, step * max(np.sqrt(2 / height), 0.1), "threshold"
+        shorter = step * max(np.sqrt(2 / height), 0.1)
+        trial = yield from _tried(at.place, compensated(at.place, box, k, ray.sign * step))
+        if trial is None or ray.height(trial.squares) > FAR:
+            return None, shorter, "threshold"
     rows = 4 * box.dim + 12
     trial, _ = yield from minimise(
         trial, box, free, gain=ROUGH * threshold, rows=rows, rest="corrected"
@@ -272,6 +273,13 @@ def rechecked(ray: Ray, place: Iterate) -> Moves[Iterate]:
     gain = FINE * ray.threshold
     refit, _ = yield from minimise(fresh, ray.box, free, gain=gain, rows=rows, rest="corrected")
     return refit
+
+
+def _tried(place: Iterate, u: Array) -> Moves[Iterate | None]:
+    """The point u beside a place, with its slopes as far as they are known; None if it cannot."""
+    answer: Answer = yield Detailed(u[None])
+    R = _shown(answer)[0]
+    return place.corrected(u - place.u, R).moved(u, R) if np.isfinite(R).all() else None
 
 
 def _shown(answer: Answer) -> Array:
