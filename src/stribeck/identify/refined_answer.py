@@ -64,14 +64,14 @@ def refined_answer(
             spent += end.evaluations
             rivals.append((best if end.cost < best.cost else end).x)
             if end.cost < best.cost:
-                best = _along_valley(problem, end)
+                best = lower_in_valley(problem, end)
                 spent += best.evaluations - end.evaluations
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
         best = ripple_orders(problem, best)
         grown = growing_span(problem, best)
-        best = grown if grown.cost == best.cost else _along_valley(problem, grown)
+        best = grown if grown.cost == best.cost else lower_in_valley(problem, grown)
         best = replace(best, rivals=tuple(rivals))
     except KeyboardInterrupt:
         return replace(best, rivals=answer.rivals), True
@@ -118,11 +118,14 @@ def _deepened(problem: MotionProblem, x: Array, cost: float, spent: int = 0) -> 
     allowance = REFINE * problem.space.dim
     first = polish(problem, x, cost, allowance)
     best = turned(problem, first.x, first.cost, allowance, spent + first.evaluations)
-    return _along_valley(problem, best)
+    return lower_in_valley(problem, best)
 
 
-def _along_valley(problem: MotionProblem, best: Refined) -> Refined:
-    """A minimum, or a better one of its valley where its misfit is beyond the noise."""
+def lower_in_valley(problem: MotionProblem, best: Refined) -> Refined:
+    """A minimum, or a better one of its valley where its misfit is beyond the noise.
+
+    With the evaluations of both.
+    """
     if best.cost > NOISY * noise_floor(problem.parameters.rig, recordings_of(problem.train)):
         end = along_valley(problem, best.x, best.cost, VALLEY * REFINE * problem.space.dim)
         best = replace(best, x=end.x, cost=end.cost, evaluations=best.evaluations + end.evaluations)

@@ -55,9 +55,7 @@ def compensated(iterate: Iterate, box: Box, k: int, move: float) -> Array:
     return _best_others(iterate, box, k, move, np.zeros_like(iterate.r))[0]
 
 
-def _best_others(
-    iterate: Iterate, box: Box, k: int, move: float, r: Array
-) -> tuple[Array, float]:
+def _best_others(iterate: Iterate, box: Box, k: int, move: float, r: Array) -> tuple[Array, float]:
     """The others of least squares if coordinate k moves, of residuals r before the move."""
     u = iterate.u.copy()
     u[k] = min(max(u[k] + move, 0.0), 1.0)
