@@ -21,7 +21,7 @@ from stribeck.identify.other_loss import other_loss_violations
 from stribeck.identify.parameters import partition
 from stribeck.identify.polish import polish
 from stribeck.identify.problem import MotionProblem
-from stribeck.identify.refinement import Refined, turned
+from stribeck.identify.refinement import Refined, explored, turned
 from stribeck.identify.score import scores
 from stribeck.identify.search_settings import QUIET_ROUGH, SearchSettings
 from stribeck.identify.segment import segments
@@ -320,6 +320,38 @@ def test_a_valley_is_walked_as_far_as_evaluations_go() -> None:
     end = along_valley(problem, start.x, start.cost, 12)
     assert problem.rows - before <= 12
     assert end.cost <= start.cost
+
+
+class DeepValley(Valley):
+    """The same with eight more parameters, which all have their minimum at 0.3."""
+
+    def __init__(self, lowest: float) -> None:
+        super().__init__(lowest)
+        self.space = box([(0.0, 2.0), *[(0.0, 1.0)] * 9])
+
+    def residuals(self, x: Array, /) -> Array:
+        x = np.asarray(x)
+        return np.concatenate([super().residuals(x[:, :2]), 20.0 * (x[:, 2:] - 0.3)], axis=1)
+
+    def by_other_loss(self) -> DeepValley:
+        """Squares have their minima where absolute errors have theirs."""
+        return self
+
+
+@pytest.mark.parametrize("lowest", [0.25, 1.75])
+def test_in_many_dimensions_a_valley_is_walked_before_an_evolution_strategy(lowest: float) -> None:
+    problem: Any = DeepValley(lowest)
+    start = polish(problem, np.array([2.0 - lowest, 0.67, *[0.3] * 8]), None, 300)
+    assert abs(start.x[0] - lowest) > 0.4  # a minimum, and not the lowest
+    best = Refined(start.x, start.cost, 5)
+    least = 0.5 / np.sqrt(12)
+    ended = [explored(problem, best, seed, 9_000, valley=True).cost for seed in range(3)]
+    assert ended == pytest.approx([least] * 3, rel=1e-4)
+    without = [explored(problem, best, seed, 9_000, valley=False).cost for seed in range(3)]
+    assert max(without) > 1.01 * least  # an evolution strategy alone may stay in its hollow
+    before = problem.rows
+    end = explored(problem, best, 0, 2_000, valley=True)
+    assert end.evaluations == problem.rows - before + 5 <= 2_005
 
 
 def judged(problem: MotionProblem, x: Array, share: float) -> list[Estimate]:

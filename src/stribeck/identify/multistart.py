@@ -19,8 +19,8 @@ from .nested_answers import Answers, is_rich, richest, rigid_limit
 from .parameters import WIDENINGS, Parameters
 from .polish import Polished, polish
 from .problem import MotionProblem
-from .refined_answer import lower_in_valley, no_worse, reached, refined_answer
-from .refinement import GAIN, MANY, TURNS, Refined, restarted
+from .refined_answer import is_beyond_noise, no_worse, reached, refined_answer
+from .refinement import MANY, Refined, explored
 from .result import SearchRecord
 from .search_repeats import Progress, polished_runs, repeated
 from .search_settings import (
@@ -262,20 +262,15 @@ def _started(
 def _restarted(
     problem: MotionProblem, start: Polished, settings: SearchSettings, allowance: int
 ) -> tuple[MotionProblem, Polished]:
-    """In many dimensions what walks along its valley and an evolution strategy lead to, in turn.
+    """In many dimensions what is explored around an answer.
 
-    With its problem, whose ranges are wider where that is at their ends. All samples have hollows
-    that fewer do not have: the valley is walked again.
+    With its problem, whose ranges are wider where that is at their ends.
     """
     if problem.space.dim < MANY or reached(settings, start.cost):
         return problem, start
+    rough = is_beyond_noise(problem, start.cost)
     best = Refined(start.x, start.cost, 0)
-    for _ in range(TURNS):
-        before = best.cost
-        best = lower_in_valley(problem, best)
-        best = restarted(problem, best, settings.seed, allowance - best.evaluations)
-        if not best.cost < (1 - GAIN) * before:
-            break
+    best = explored(problem, best, settings.seed, allowance, valley=rough)
     end = Polished(best.x, best.cost, 0)
     problem, end = _widened(problem, end, allowance - best.evaluations)
     return problem, replace(end, evaluations=end.evaluations + best.evaluations)

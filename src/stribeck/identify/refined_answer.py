@@ -15,19 +15,17 @@ from .growing_span import growing_span
 from .nested_answers import Answers, descended, is_rich, nested_answers
 from .polish import polish
 from .problem import MotionProblem
-from .refinement import Refined, turned
+from .refinement import Refined, lower_in_valley, turned
 from .ripple_orders import ripple_orders
 from .search_repeats import Progress, repeated
 from .search_settings import POLISH, SearchSettings
 from .segment import recordings_of
-from .valley import along_valley
 
 #: The next best answer is descended from again, on all samples and by the final loss, if it is
 #: worse there by no more than this share: before, the order of two answers may be another.
 NEAR = 0.02
-#: Evaluations a parameter of a descent by the other loss, or back from there; and how many times
-#: as many a walk along a valley may take.
-REFINE, VALLEY = 25, 4
+#: Evaluations a parameter of a descent by the other loss, or back from there.
+REFINE = 25
 
 
 def refined_answer(
@@ -64,14 +62,14 @@ def refined_answer(
             spent += end.evaluations
             rivals.append((best if end.cost < best.cost else end).x)
             if end.cost < best.cost:
-                best = lower_in_valley(problem, end)
+                best = _lower_in_valley(problem, end)
                 spent += best.evaluations - end.evaluations
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
         best = ripple_orders(problem, best)
         grown = growing_span(problem, best)
-        best = grown if grown.cost == best.cost else lower_in_valley(problem, grown)
+        best = grown if grown.cost == best.cost else _lower_in_valley(problem, grown)
         best = replace(best, rivals=tuple(rivals))
     except KeyboardInterrupt:
         return replace(best, rivals=answer.rivals), True
@@ -118,15 +116,15 @@ def _deepened(problem: MotionProblem, x: Array, cost: float, spent: int = 0) -> 
     allowance = REFINE * problem.space.dim
     first = polish(problem, x, cost, allowance)
     best = turned(problem, first.x, first.cost, allowance, spent + first.evaluations)
-    return lower_in_valley(problem, best)
+    return _lower_in_valley(problem, best)
 
 
-def lower_in_valley(problem: MotionProblem, best: Refined) -> Refined:
-    """A minimum, or a better one of its valley where its misfit is beyond the noise.
+def _lower_in_valley(problem: MotionProblem, best: Refined) -> Refined:
+    """A minimum, or a better one of its valley where its misfit is beyond the noise."""
+    rough = is_beyond_noise(problem, best.cost)
+    return lower_in_valley(problem, best) if rough else best
 
-    With the evaluations of both.
-    """
-    if best.cost > NOISY * noise_floor(problem.parameters.rig, recordings_of(problem.train)):
-        end = along_valley(problem, best.x, best.cost, VALLEY * REFINE * problem.space.dim)
-        best = replace(best, x=end.x, cost=end.cost, evaluations=best.evaluations + end.evaluations)
-    return best
+
+def is_beyond_noise(problem: MotionProblem, cost: float) -> bool:
+    """Whether a misfit is more than the noise of the logs, so that minima may lie in a row."""
+    return cost > NOISY * noise_floor(problem.parameters.rig, recordings_of(problem.train))

@@ -21,9 +21,12 @@ from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem
 from .polish import Polished, polish
 from .problem import MotionProblem
+from .valley import along_valley
 
 #: Turns through the other loss, and the share of J below which a turn brought nothing.
 TURNS, GAIN = 3, 0.01
+#: Evaluations a parameter that a walk along a valley may take.
+VALLEY = 100
 #: From so many parameters on there are rounds of an evolution strategy around the answer: its first
 #: standard deviation over the unit cube in turn, evaluations a parameter, how many rounds at most,
 #: the share of J that a round brings if it is of use, and how many in a row may be of none.
@@ -90,6 +93,38 @@ def turned(
         if not gain > GAIN:
             break
     return Refined(x, cost, spent, other)
+
+
+def lower_in_valley(problem: MotionProblem, best: Refined, allowance: float = np.inf) -> Refined:
+    """A minimum, or a better one of its valley, with so many more evaluations at most."""
+    rows = int(min(VALLEY * problem.space.dim, allowance))
+    end = along_valley(problem, best.x, best.cost, rows)
+    spent = best.evaluations + end.evaluations
+    return replace(best, x=end.x, cost=end.cost, evaluations=spent)
+
+
+def explored(
+    problem: MotionProblem, best: Refined, seed: int, allowance: int, *, valley: bool
+) -> Refined:
+    """In many dimensions what walks along its valley and an evolution strategy lead to, in turn.
+
+    On all samples a misfit has hollows that it has not on fewer, so that a valley is walked again.
+
+    Args:
+        problem: Its J is minimised.
+        best: The answer.
+        seed: Of the draws.
+        allowance: Evaluations in all.
+        valley: Whether to walk; where noise is all that is left of a misfit, its floor is smooth.
+    """
+    limit = best.evaluations + allowance
+    for _ in range(TURNS):
+        before = best.cost
+        best = lower_in_valley(problem, best, limit - best.evaluations) if valley else best
+        best = restarted(problem, best, seed, limit - best.evaluations)
+        if not (valley and best.cost < (1 - GAIN) * before):
+            break
+    return best
 
 
 def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) -> Refined:
