@@ -395,3 +395,33 @@ def test_intervals_hold_the_truth(a: float, least: float) -> None:
         e = ends(profiles(model, best))
         hits += (e[:, 0] <= [1.0, 2.0, 0.5]) & (e[:, 1] >= [1.0, 2.0, 0.5])
     assert least <= np.mean(hits / 300) <= 0.985
+
+
+class Kinked:
+    """Parameter b makes up for a; c has a kink at its best, and a steep wall beside it."""
+
+    orders: tuple[tuple[int, int], ...] = ()
+
+    def __init__(self) -> None:
+        self.space, self.rows = box([(0.0, 1.0)] * 3), 0
+        self.slope = 0.1 * np.linspace(-1, 1, 60)
+        self.noise = 1e-3 * np.random.default_rng(0).standard_normal(60)
+
+    def residuals(self, x: Array, /) -> Array:
+        self.rows += len(x)
+        a, b, c = np.asarray(x).T - 0.5
+        line = self.noise + self.slope * a[:, None]
+        kink = np.stack([100.0 * (a + b), 0.02 + 0.01 * np.abs(c), 10.0 * c * c], axis=1)
+        return np.concatenate([line, kink], axis=1)
+
+
+def test_a_promise_of_a_weak_slope_does_not_lead_a_walk_astray() -> None:
+    """To one side of a kink, c seems to lower what is left over: c moves far, whatever a does."""
+    model = Kinked()
+    profiled = profiles(model, np.array([0.5, 0.5, 0.5]))
+    a = 0.5 - np.sum(model.slope * model.noise) / np.sum(model.slope**2)
+    squares = np.sum((model.noise + model.slope * (a - 0.5)) ** 2) + 0.02**2
+    half = stats.t.ppf(0.975, 60) * np.sqrt(squares / 60 / np.sum(model.slope**2))
+    assert end_reasons(profiled.profiles[0]) == ("threshold", "threshold")
+    assert ends(profiled)[0] == pytest.approx([a - half, a + half], abs=0.1 * half)
+    assert model.rows < 150  # astray, it is 237
