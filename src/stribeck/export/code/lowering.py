@@ -97,6 +97,14 @@ def lowered(program: Program, restrictions: Restrictions) -> Program:
         InputError: a function has what the language does not say.
     """
     for f in program.functions if restrictions.plain else ():
+        if any(
+            isinstance(x, Item | Array) and _is_told_c_alone(x, program)
+            for x in (*f.arguments, *expressions(f.body))
+        ):
+            raise InputError(
+                f"{f.name}: cannot be translated: arrays of whole numbers, parts of arrays that "
+                "begin at a place not known before, and tables are what only C is told"
+            )
         wide = len(f.results) != 1 or any(isinstance(s, Unpack | Jump) for s in statements(f.body))
         if wide or any(map(_is_wide, expressions(f.body))):
             raise InputError(
@@ -106,6 +114,12 @@ def lowered(program: Program, restrictions: Restrictions) -> Program:
     return replace(
         program, functions=tuple(_Lowering(f, restrictions).lowered() for f in program.functions)
     )
+
+
+def _is_told_c_alone(place: Item | Array, program: Program) -> bool:
+    name = place.array if isinstance(place, Item) else place.name
+    moves = isinstance(place, Array) and place.begin < 0
+    return place.kind == "whole" or moves or name in program.tables
 
 
 def _is_wide(expression: Expression) -> bool:
@@ -154,6 +168,8 @@ def rebuilt(  # noqa: PLR0911 - one case a line
             return replace(expression, test=new_parts[0], yes=new_parts[1], no=new_parts[2])
         case Call():
             return replace(expression, arguments=tuple(new_parts))
+        case Array() if new_parts:
+            return replace(expression, offset=new_parts[0])
     return expression
 
 
@@ -231,9 +247,9 @@ class _Lowering:
             case If(test=test, then=then, otherwise=otherwise):
                 before, test = self._value(test)
                 return [*before, If(test, self._block(then), self._block(otherwise))]
-            case CountLoop(name=name, end=end, body=body):
-                before, end = self._value(end)
-                return [*before, CountLoop(name, end, self._block(body))]
+            case CountLoop(name=name, end=end, body=body, first=first):
+                before, (first, end) = self._values((first, end))
+                return [*before, CountLoop(name, end, self._block(body), first)]
             case WhileLoop(test=test, body=body):
                 return self._while(test, self._block(body))
 
@@ -378,7 +394,7 @@ def _statement_renamed(  # noqa: PLR0911 - one case a line
         case If(then=then, otherwise=otherwise):
             return If(new[0], _block_renamed(then, names), _block_renamed(otherwise, names))
         case CountLoop(name=name, body=body):
-            return CountLoop(names.get(name, name), new[0], _block_renamed(body, names))
+            return CountLoop(names.get(name, name), new[1], _block_renamed(body, names), new[0])
         case WhileLoop(body=body):
             return WhileLoop(new[0], _block_renamed(body, names))
 
