@@ -184,18 +184,24 @@ def c(
     }
 
 
-def c_functions(entries: Sequence[FunctionSource], what: str, prefix: str) -> str:
+def c_functions(
+    entries: Sequence[FunctionSource],
+    what: str,
+    prefix: str,
+    before: Sequence[FunctionSource] = (),
+) -> str:
     """Functions in C, for one file alone, with all that they call.
 
     Args:
         entries: Where their Python is.
         what: Whose they are, for messages.
         prefix: What their names begin with.
+        before: Functions that they may call by name.
 
     Raises:
         InputError: a source that says something that has no place in C.
     """
-    program = translate(entries, what)
+    program = translate(entries, what, before)
     if divides(program):
         program = lowered(program, Restrictions(joins=False, plain=False))
     dialect = C(prefix)

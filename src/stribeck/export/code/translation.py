@@ -36,18 +36,21 @@ from .program import (
 from .statement_reader import StatementReader
 
 
-def translate(entries: Sequence[FunctionSource], what: str) -> Program:
+def translate(
+    entries: Sequence[FunctionSource], what: str, before: Sequence[FunctionSource] = ()
+) -> Program:
     """Translate functions and all that they call.
 
     Args:
         entries: The functions.
         what: Whose they are, for messages.
+        before: Functions that they may call by name: those that they call are there.
 
     Raises:
         InputError: a source that is not there, or says something that has no place in a program.
     """
-    translation = _Translation(what, frozenset(entry.name for entry in entries))
-    for entry in entries:
+    translation = _Translation(what, frozenset(entry.name for entry in (*before, *entries)))
+    for entry in (*before, *entries):
         translation.add(entry)
     names = tuple(e.name for e in entries)
     used = set(names)

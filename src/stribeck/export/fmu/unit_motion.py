@@ -58,7 +58,7 @@ def motion_source(
         FunctionSource(name, entry, written=None, **_of(entry, known))
         for name, entry in zip(names, entries, strict=True)
     ]
-    text = c_functions([*laws, *sources], what, "motion_")
+    text = c_functions(sources, what, "motion_", laws)
     return f"/* The motion of this axis, translated from the library that made the unit. */\n{text}"
 
 
