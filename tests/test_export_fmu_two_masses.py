@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
+from counted_units import GCOV, Built
 from fmu_unit import (
     Unit,
     compiled_without_a_warning,
@@ -26,6 +27,7 @@ from joint_models import model_of
 from patience import PATIENCE
 from stribeck import export
 from stribeck.data.recording import Recording
+from stribeck.export.fmu import build
 from stribeck.export.fmu.build import fmu
 from stribeck.export.model import Model
 from stribeck.rig.custom import rig_file
@@ -153,12 +155,14 @@ def sampled(inputs: Mapping[str, Array], h: float) -> tuple[Array, dict[str, Arr
     return t, {name: np.interp(t, KNOTS, x) for name, x in inputs.items()}
 
 
-def simulated(rig: TwoMassRig, model: Model, t: Array, inputs: Mapping[str, Array]) -> Array:
+def simulated(
+    rig: TwoMassRig, model: Model, t: Array, inputs: Mapping[str, Array], v0: float = 0.0
+) -> Array:
     """Position and velocity of the load, then of the motor, as the rig has them, (4, N)."""
     log = Recording(t=t, position=np.zeros(len(t)), command=inputs.get("goal"),
                     force=inputs.get("force"),
                     extra={n: x for n, x in inputs.items() if n == "command_velocity"})  # fmt: skip
-    track = rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))._replace(v0=0.0)
+    track = rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))._replace(v0=v0)
     motor, load = rig.sides(model.law, model.values[None], track)
     sides = (load.position, load.velocity, motor.position, motor.velocity)
     return np.array([x[0] for x in sides])
@@ -174,14 +178,16 @@ def walked(unit: Unit, t: Array, inputs: Mapping[str, Array], **values: float) -
 # The motion.
 
 
-@pytest.mark.parametrize("h", [SHORT, LONG])
+@pytest.mark.parametrize(("h", "v0"), [(SHORT, 0.0), (LONG, 0.0), (SHORT, 0.02)])
 @pytest.mark.parametrize("name", CASES)
-def test_a_unit_moves_as_its_rig(opened: Callable[[Model], Unit], name: str, h: float) -> None:
+def test_a_unit_moves_as_its_rig(
+    opened: Callable[[Model], Unit], name: str, h: float, v0: float
+) -> None:
     """Both masses, in communication steps of the samples of a log: the same bits, as a rule."""
     rig, model, inputs = case(name)
     t, series = sampled(inputs, h)
-    expected = simulated(rig, model, t, series)
-    motion = walked(opened(model), t, series)
+    expected = simulated(rig, model, t, series, v0)
+    motion = walked(opened(model), t, series, position_start=expected[0, 0], velocity_start=v0)
     assert np.ptp(expected[0]) > 5e-4
     for ours, known in zip(motion, expected, strict=True):
         assert difference(ours, known) <= 1e-12
@@ -442,3 +448,40 @@ def test_it_is_a_valid_unit(name: str, tmp_path: Path) -> None:
     assert exported.notes == ()
     (path,) = exported.write(tmp_path / "axis.fmu")
     assert validate_fmu(str(path)) == []
+
+
+#: Functions that other tests walk: of a law, and of a drive that may follow its axis or not.
+ELSEWHERE = {"motion_rubbed", "motion_steady", "motion_drive"}
+#: Lines that no motion here reaches: where slopes of two velocities have no common root, where steps
+#: run out, of a level that is passed and passed back within a step, and of a limit that is infinite.
+IDLE = {
+    "break;", "*result_3 = 0;", "piece = early * share;", "demand = copysign(INFINITY, demand);",
+}  # fmt: skip
+
+
+@pytest.mark.skipif(GCOV is None, reason="there is no gcov here")
+def test_every_line_of_the_stepper_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    units = Built(tmp_path)
+    monkeypatch.setattr(build, "_compiled", units.compiled)
+    ran, idle = set[str](), set[str]()
+    for name in CASES:
+        _, model, inputs = case(name)
+        t, series = sampled(inputs, SHORT)
+        unit = units.opened(model)
+        walked(unit, t, series)
+        unit.slave.reset()
+        walked(unit, t, {n: x + 15.0 if n == "force" else x + 1e-3 for n, x in series.items()})
+        unit.slave.reset()
+        half = len(t) // 2
+        walked(unit, t[:half], {n: x[:half] for n, x in series.items()}, velocity_start=0.02)
+        for k, play in enumerate((3e-4, 0.0, 2e-4)):
+            unit.set(play=play, **({"enabled": 0.0} if "goal" in inputs else {}))
+            unit.slave.doStep(t[half] + k * LONG, LONG)
+        unit.set(**{"external" if "goal" in inputs else "force": 1e30})
+        refused(unit.slave.doStep, t[-1], 0.1)
+        unit.slave.freeInstance()  # and unloads it, which writes the counts
+        now, never = units.lines()
+        ran, idle = ran | now, idle | never
+    assert len(ran) > 600
+    never = {line for line in idle - ran if line.partition(": ")[0] not in ELSEWHERE}
+    assert {line.partition(": ")[2] for line in never} <= IDLE

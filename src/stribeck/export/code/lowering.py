@@ -97,29 +97,32 @@ def lowered(program: Program, restrictions: Restrictions) -> Program:
         InputError: a function has what the language does not say.
     """
     for f in program.functions if restrictions.plain else ():
-        if any(
-            isinstance(x, Item | Array) and _is_told_c_alone(x, program)
-            for x in (*f.arguments, *expressions(f.body))
-        ):
-            raise InputError(
-                f"{f.name}: cannot be translated: arrays of whole numbers, parts of arrays that "
-                "begin at a place not known before, and tables are what only C is told"
-            )
         wide = len(f.results) != 1 or any(isinstance(s, Unpack | Jump) for s in statements(f.body))
         if wide or any(map(_is_wide, expressions(f.body))):
             raise InputError(
                 f"{f.name}: cannot be translated: several results, a jump in a loop, a rest of a "
                 "division, rounding and infinite numbers are what only C is told"
             )
+        if _has_parts(f, program):
+            raise InputError(
+                f"{f.name}: cannot be translated: parts of arrays, arrays of whole numbers and "
+                "tables of a module are what only C is told"
+            )
     return replace(
         program, functions=tuple(_Lowering(f, restrictions).lowered() for f in program.functions)
     )
 
 
-def _is_told_c_alone(place: Item | Array, program: Program) -> bool:
-    name = place.array if isinstance(place, Item) else place.name
-    moves = isinstance(place, Array) and place.begin < 0
-    return place.kind == "whole" or moves or name in program.tables
+def _has_parts(function: ProgramFunction, program: Program) -> bool:
+    """Whether a function reads tables, has whole numbers in arrays, or hands over parts of them."""
+    own = {a.name: a for a in function.arguments if isinstance(a, Array)}
+    return any(a.kind == "whole" for a in own.values()) or any(
+        x.array in program.tables
+        if isinstance(x, Item)
+        else x.name not in own or replace(x, written=own[x.name].written) != own[x.name]
+        for x in expressions(function.body)
+        if isinstance(x, Item | Array)
+    )
 
 
 def _is_wide(expression: Expression) -> bool:
