@@ -452,8 +452,8 @@ def test_it_is_a_valid_unit(name: str, tmp_path: Path) -> None:
 
 #: Functions that other tests walk: of a law, and of a drive that may follow its axis or not.
 ELSEWHERE = {"motion_rubbed", "motion_steady", "motion_drive"}
-#: Lines that no motion here reaches: where slopes of two velocities have no common root, where steps
-#: run out, of a level that is passed and passed back within a step, and of a limit that is infinite.
+#: Lines that no motion here reaches: where slopes of two velocities have no common root, where
+#: steps run out, a level is passed and passed back within a step, or a limit is infinite.
 IDLE = {
     "break;", "*result_3 = 0;", "piece = early * share;", "demand = copysign(INFINITY, demand);",
 }  # fmt: skip
