@@ -8,7 +8,9 @@ refused, with the line that has it.
 
 A function is translated anew for each kind of arguments that it is called with: those that are
 known (numbers, truths, functions) are no arguments any more, and what they rule out is left out. An
-argument or a result is a whole number or a truth where its annotation says `int` or `bool`.
+argument or a result is a whole number or a truth where its annotation says `int` or `bool`, and
+several values where it names a NamedTuple. A loop over values that are known is its body for each;
+arrays are cut where that is known (`array_reader`), and those of a module are tables.
 """
 
 from __future__ import annotations
