@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import atan, copysign, exp, pi, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import boolean, float64, int64, njit
@@ -127,6 +127,21 @@ def kinds(v: float, p: Array) -> Any:
     return _raised(v, _region(v), v < 0.0) + p[_region(-v)] * _raised(p[4], 3, False)
 
 
+def ranges(v: float, p: Array) -> Any:
+    """Loops that do not begin at 0, some of them over nothing, and loops over values."""
+    n, total = 3 if v > 0.0 else 1, 0.0
+    for i in range(1, 4):
+        for j in range(i, n + 1):
+            total += i * 0.5 + p[j] * v
+    for i in range(n, 2):
+        total += 7.0 * i
+    for k in (2, 0, 4):
+        total -= p[k] * 1e-3 if k in (0, 4) else 0.25 * k
+        for i in range(k - 1, k + 1):
+            total += 0.125 * i
+    return total + int(3.7)
+
+
 @njit  # type: ignore[untyped-decorator]
 def _counted(v: float, most: int, odd: bool) -> tuple[float, int, bool]:
     """Several results, jumps, and an argument that is known in each call."""
@@ -148,6 +163,53 @@ def wide(v: float, p: Array) -> Any:
     return x + p[steps % 3] + 10.0 * more if not np.isnan(x) else 0.0
 
 
+_STEPS = np.array([0.5, 0.25, -1.0, 2.0])
+_GRID = np.array([[1.0, 2.0, 3.0], [-4.0, 5.0, 0.5]])
+
+
+class Pair(NamedTuple):
+    """Two numbers that belong together, and how many there were."""
+
+    low: Any
+    high: Any
+    n: int = 2
+
+
+@njit  # type: ignore[untyped-decorator]
+def _pair(row: Array) -> Pair:
+    return Pair(min(row[0], row[1]), max(row[0], row[1]), 2)
+
+
+@njit  # type: ignore[untyped-decorator]
+def _between(pair: Pair, share: float) -> float:
+    return pair.low + share * (pair.high - pair.low) * pair.n  # type: ignore[no-any-return]
+
+
+@njit  # type: ignore[untyped-decorator]
+def _both(v: float, p: Array) -> tuple[float, float]:
+    return _ends(v, p[1:])  # type: ignore[no-any-return]
+
+
+@njit  # type: ignore[untyped-decorator]
+def _ends(v: float, p: Array) -> tuple[float, float]:
+    return v * p[0], p[len(p) - 1]
+
+
+def parts(v: float, p: Array) -> Any:
+    """Tables, rows and stretches of arrays, and values that have names."""
+    total, first = 0.0, p[:2]
+    for i in range(len(_STEPS)):
+        total += _STEPS[i] * v
+    for i in range(2):
+        row = _GRID[i]
+        pair = _pair(_GRID[i, 1:])
+        total += row[0] + _between(pair, 0.25 * i) + pair.n + _GRID[1, i + 1]
+    levels = _pair(first)
+    low, high = _both(v, p[1:4])
+    table = p[:4].reshape(2, 2)
+    return total + _between(levels, v) + low - high + table[1, 0] * _STEPS[2]
+
+
 HOSTILE = hostile
 AWKWARD: Mapping[str, Callable[[float, Array], Any]] = {
     "conditions": conditions,
@@ -158,9 +220,10 @@ AWKWARD: Mapping[str, Callable[[float, Array], Any]] = {
     "calls": calls,
     "swaps": swaps,
     "kinds": kinds,
+    "ranges": ranges,
 }
 #: What only C is told.
-WIDE = wide
+WIDE: Mapping[str, Callable[[float, Array], Any]] = {"wide": wide, "parts": parts}
 
 
 def _knows_interp(v: float, p: Array) -> Any:
@@ -207,6 +270,47 @@ def _falls_through(v: float, p: Array) -> Any:  # noqa: RET503
         return p[0]
 
 
+def _part_of_unknown_length(v: float, p: Array) -> Any:
+    n = 2 if v > 0.0 else 1
+    return _ends(v, p[n:])[0]
+
+
+def _every_other(v: float, p: Array) -> Any:
+    part = p[::2]
+    return v * part[0]
+
+
+def _no_row(v: float, p: Array) -> Any:
+    row = _GRID[2]
+    return v * row[0]
+
+
+def _jumps(v: float, p: Array) -> Any:
+    for k in (0, 1, 2):
+        if p[k] > v:
+            break
+        v += p[k]
+    return v
+
+
+def _values_not_known(v: float, p: Array) -> Any:
+    total = 0.0
+    for x in (v, p[0]):
+        total += x
+    return total
+
+
+def _no_pair(v: float, p: Array) -> Any:
+    return _between(v, 0.5)
+
+
+def _two_pairs(v: float, p: Array) -> Any:
+    pair = _pair(p)
+    if v > 0.0:
+        pair = _pair(p[1:])
+    return v * pair.low
+
+
 UNKNOWN: Mapping[str, Callable[[float, Array], Any]] = {
     "numpy": _knows_interp,
     "a function we do not know": _knows_atan,
@@ -216,4 +320,11 @@ UNKNOWN: Mapping[str, Callable[[float, Array], Any]] = {
     "a loop's variable changed": _counts,
     "an exception": _raises,
     "no value": _falls_through,
+    "a part of unknown length": _part_of_unknown_length,
+    "every other element": _every_other,
+    "a row that is not there": _no_row,
+    "a jump in a loop over values": _jumps,
+    "a loop over values that are not known": _values_not_known,
+    "a number for a NamedTuple": _no_pair,
+    "a NamedTuple that is assigned twice": _two_pairs,
 }

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import shutil
 import stat
-import subprocess
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -17,7 +14,17 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
 from exported import VARIANTS, model_of
-from fmu_unit import Unit, difference, fmpy, moved, ramp, rig_of
+from fmu_unit import (
+    Unit,
+    compiled_without_a_warning,
+    difference,
+    fmpy,
+    moved,
+    ramp,
+    rig_of,
+    run_by_master,
+    unpacked,
+)
 from joint_models import model_of as model_with
 from patience import PATIENCE
 from stribeck import LAWS, RIGS, read
@@ -100,11 +107,6 @@ def test_every_law_and_rig_makes_a_valid_unit(law: str, rig: str | None, tmp_pat
     assert validate_fmu(str(path)) == []
 
 
-def unpacked(data: bytes) -> dict[str, bytes]:
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
-
-
 def test_the_same_model_is_the_same_bytes_and_another_has_another_guid() -> None:
     model = model_of("lugre")
     assert fmu(model) == fmu(model)
@@ -166,17 +168,7 @@ def test_units_are_powers_of_what_fmi_knows(written: str, powers: dict[str, int]
      ("stribeck-directional", "forced-pendulum")],
 )  # fmt: skip
 def test_its_sources_compile_without_a_warning(law: str, rig: str, tmp_path: Path) -> None:
-    for name, text in unpacked(fmu(model_on(law, rig), binary=False)).items():
-        if name.startswith("sources/"):
-            (tmp_path / Path(name).name).write_bytes(text)
-    cc = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))))
-    strict = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-    completed = subprocess.run(
-        [cc, "-std=c99", "-O1", *strict, "-DFMI2_FUNCTION_PREFIX=friction_", "-c",
-         "axis.c", "fmi2.c"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert completed.returncode == 0, completed.stderr
+    compiled_without_a_warning(model_on(law, rig), tmp_path)
 
 
 # The motion.
@@ -497,61 +489,6 @@ def test_what_is_held_has_no_slope(opened: Callable[[Model], Unit]) -> None:
     assert unit.get("added_force")[0] == 3.0
 
 
-#: A master in C, run under the sanitizers.
-MASTER = """
-#include "axis.h"
-#include "fmi2.h"
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-extern fmi2Component fmi2Instantiate(fmi2String, fmi2Type, fmi2String, fmi2String,
-                                     const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);
-extern fmi2Status fmi2EnterInitializationMode(fmi2Component);
-extern fmi2Status fmi2ExitInitializationMode(fmi2Component);
-extern fmi2Status fmi2SetReal(fmi2Component, const fmi2ValueReference[], size_t, const double[]);
-extern fmi2Status fmi2GetReal(fmi2Component, const fmi2ValueReference[], size_t, double[]);
-extern fmi2Status fmi2DoStep(fmi2Component, double, double, int);
-extern fmi2Status fmi2GetFMUstate(fmi2Component, fmi2FMUstate *);
-extern fmi2Status fmi2SetFMUstate(fmi2Component, fmi2FMUstate);
-extern fmi2Status fmi2FreeFMUstate(fmi2Component, fmi2FMUstate *);
-extern void fmi2FreeInstance(fmi2Component);
-static int refusals = 0;
-static void log_(fmi2ComponentEnvironment e, fmi2String n, fmi2Status s, fmi2String c,
-                 fmi2String m, ...)
-{
-    (void)e; (void)n; (void)s; (void)c; (void)m;
-    refusals++;
-}
-int main(void)
-{
-    fmi2CallbackFunctions host = {log_, calloc, free, NULL, NULL};
-    fmi2Component c = fmi2Instantiate("a", fmi2CoSimulation, AXIS_GUID, "", &host, 0, 0);
-    fmi2ValueReference in = AXIS_FIRST_INPUT, position = AXIS_POSITION, far = 1000;
-    fmi2FMUstate state = NULL;
-    double x, first = 0.0, again = 0.0;
-    int i, turn;
-    if (fmi2Instantiate("b", fmi2CoSimulation, "another", "", &host, 0, 0) != NULL) return 2;
-    if (fmi2DoStep(c, 0.0, 1e-3, 0) != fmi2Error || fmi2GetReal(c, &far, 1, &x) != fmi2Error)
-        return 3;
-    fmi2EnterInitializationMode(c);
-    fmi2ExitInitializationMode(c);
-    fmi2GetFMUstate(c, &state);
-    for (turn = 0; turn < 2; turn++) {
-        for (i = 0; i < 500; i++) {
-            x = 0.02 * (i % 100) * (i < 250 ? 1.0 : -1.0);
-            if (fmi2SetReal(c, &in, 1, &x) != fmi2OK || fmi2DoStep(c, 0.0, 5e-3, 0) != fmi2OK)
-                return 4;
-        }
-        fmi2GetReal(c, &position, 1, turn ? &again : &first);
-        fmi2SetFMUstate(c, state);
-    }
-    fmi2FreeFMUstate(c, &state);
-    fmi2FreeInstance(c);
-    return refusals == 3 && first == again && first == first && first != 0.0 ? 0 : 5;
-}
-"""
-
-
 @pytest.mark.parametrize("case", ["slide, lugre", "slide, stribeck", "servo", "joint", "force"])
 def test_no_byte_is_lost_or_touched_that_is_another_s(case: str, tmp_path: Path) -> None:
     model = {
@@ -561,20 +498,7 @@ def test_no_byte_is_lost_or_touched_that_is_another_s(case: str, tmp_path: Path)
         "joint": lambda: model_on("gms", "joint"),
         "force": bristled,
     }[case]()
-    for name, text in unpacked(fmu(model, binary=False)).items():
-        if name.startswith("sources/"):
-            (tmp_path / Path(name).name).write_bytes(text)
-    (tmp_path / "master.c").write_text(MASTER)
-    cc = str(next(filter(None, map(shutil.which, ("cc", "gcc", "clang")))))
-    checked = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    sources = ["master.c", "axis.c", "fmi2.c"]
-    completed = subprocess.run(
-        [cc, "-std=c99", "-O1", *checked, *sources, "-lm", "-o", "master"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert completed.returncode == 0, completed.stderr
-    ran = subprocess.run([tmp_path / "master"], capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stderr
+    run_by_master(model, tmp_path)
 
 
 def test_a_unit_of_another_guid_is_not_instantiated(opened: Callable[[Model], Unit]) -> None:

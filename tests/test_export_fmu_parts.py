@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from counted_units import GCOV, Built
 from exported import model_of as slide
-from fmu_unit import Unit, difference, fmpy, moved, ramp, rig_of
+from fmu_unit import difference, moved, ramp, rig_of
 from joint_models import model_of
 from stribeck.data.recording import Recording
 from stribeck.export.fmu import build
-from stribeck.export.fmu.build import fmu
 from stribeck.export.model import Model
 from stribeck.rig.axis_table import composed_axis
 from stribeck.rig.motion.drives import SLIDE
@@ -27,7 +26,6 @@ from stribeck.rig.slide_bed import SlideBed, with_inputs
 from stribeck.space import Array
 
 CC = next(filter(None, map(shutil.which, ("gcc", "cc"))), None)
-GCOV = shutil.which("gcov")
 pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler here")
 
 t = np.arange(0.0, 1.5, 2e-3)
@@ -142,55 +140,6 @@ def test_the_axes_have_every_part_of_one_mass() -> None:
     used = {(p.role, p.name) for table in tables for p in composed_axis(table, "axis").parts}
     both = {("transmission", "compliant"), ("sensor", "motor"), ("sensor", "load")}
     assert used == PARTS.keys() - both
-
-
-class Built:
-    """Units compiled to count how often each line of their C is run."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._n = folder, 0
-
-    def compiled(self, compiler: str, _: Path, sources: Mapping[str, bytes], target: str) -> bytes:
-        """In place of `build._compiled`."""
-        self._n += 1
-        folder = self.folder
-        folder.mkdir()
-        for name, text in sources.items():
-            (folder / name).write_bytes(text)
-        subprocess.run(
-            [compiler, "-std=c99", "-O0", "--coverage", "-fPIC", "-shared", "-fvisibility=hidden",
-             "axis.c", "fmi2.c", "-lm", "-o", target],
-            cwd=folder, check=True, capture_output=True,
-        )  # fmt: skip
-        return (folder / target).read_bytes()
-
-    @property
-    def folder(self) -> Path:
-        """Where the last one was built."""
-        return self._folder / str(self._n)
-
-    def opened(self, model: Model) -> Unit:
-        """A unit, loaded."""
-        path = self._folder / f"{self._n + 1}.fmu"
-        path.write_bytes(fmu(model))
-        return Unit(fmpy.extract(str(path), str(path.with_suffix(".d"))),
-                    fmpy.read_model_description(str(path)))  # fmt: skip
-
-    def lines(self) -> tuple[set[str], set[str]]:
-        """Lines of its motion that the last unit ran, now unloaded, and those that it did not.
-
-        Each begins with its function, as a unit has its own.
-        """
-        data = next(self.folder.glob("*axis.gcda"))
-        subprocess.run([str(GCOV), data.name], cwd=self.folder, check=True, capture_output=True)
-        ran, idle, function = set[str](), set[str](), ""
-        for line in (self.folder / "axis_motion.h.gcov").read_text("utf-8").splitlines():
-            count, _, text = line.split(":", 2)
-            if text.startswith("static "):
-                function = text.partition("(")[0].rpartition(" ")[2]
-            elif count.strip() != "-":
-                (idle if "#" in count else ran).add(f"{function}: {text.strip()}")
-        return ran, idle
 
 
 @pytest.fixture

@@ -219,8 +219,6 @@ def test_what_moves_one_mass_refuses_two(two_encoders: Fit) -> None:
     for target in ("mjcf", "urdf"):
         with pytest.raises(InputError, match=f"{target}: {words}"):
             export(two_encoders, target, into="model.xml", joint="hinge")
-    with pytest.raises(InputError, match=f"fmu: {words}"):
-        export(two_encoders, "fmu")
     exported = export(two_encoders, "c")
     assert "this is the load's friction" in exported.notes[0]
     with pytest.raises(InputError, match="two masses, and a compensation is tried on"):

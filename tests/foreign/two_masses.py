@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 @njit  # type: ignore[untyped-decorator]
-def _slowed(v: float, change: float, grip: float) -> float:
+def slowed(v: float, change: float, grip: float) -> float:
     """A velocity after a step of so much change of it, against friction that can take `grip`."""
     free = v + change
     if abs(free) <= grip:
@@ -61,12 +61,12 @@ def _steps(t: Array, drive: Array, goal: Array, c: Array, sub: int, out: Array) 
             wish = goal[i] + share * (goal[i + 1] - goal[i])
             F += kp * (wish - q_m) - kd * v_m
             T, twist = coupled(q_m - q, twist, play, k, d, h)
-            v_m = _slowed(v_m, h * (F - T - V_m * v_m) / m_m, h * C_m / m_m)
+            v_m = slowed(v_m, h * (F - T - V_m * v_m) / m_m, h * C_m / m_m)
             level = C_l
             if v_s > 0:
                 level = C_l + (S_l - C_l) * math.exp(-((v / v_s) ** 2))
             T *= eta if T * v >= 0.0 else 1.0 / eta_back
-            v = _slowed(v, h * (T - V_l * v - g_s * math.sin(q)) / m, h * level / m)
+            v = slowed(v, h * (T - V_l * v - g_s * math.sin(q)) / m, h * level / m)
             q_m += h * v_m
             q += h * v
 

@@ -23,7 +23,7 @@ from ..wording import either, option
 from .model import Model, model_of
 
 #: Targets that move a joint.
-_ONE_MASS = ("mjcf", "urdf", "usd", "fmu")
+_ONE_MASS = ("mjcf", "urdf", "usd")
 
 
 class Exported(NamedTuple):
@@ -157,8 +157,10 @@ def _of_one_side(rig: TwoMassRig, to: str) -> tuple[str, ...]:
     if to in _ONE_MASS:
         raise InputError(
             f"{to}: a joint there has one mass and no play, and rig {rig.name} has two masses: "
-            "its law alone goes to c, st, matlab, modelica or a table"
+            "it goes to fmu whole, its law alone to c, st, matlab, modelica or a table"
         )
+    if to == "fmu":
+        return ()
     if rig.friction_side == "both":
         return ("this is the load's friction: the motor's side and the play are in the card",)
     return (f"this is the friction of the {rig.friction_side}; the play is in the card",)

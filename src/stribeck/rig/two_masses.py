@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..friction import law_named
 from .composed import ComposedRig
 from .equation import Equation
-from .motion.coupling import ZERO, CouplingConstants, coupled_row
+from .motion.coupling import LOAD_ROW, MOTOR_ROW, ZERO, CouplingConstants, coupled_row
 from .motion.drives import TWO_MASSES, rows
 from .motion.track import SideReading, Track, prefix_sums
 from .parts.axis_of_parts import assembled, completed, contributions
@@ -102,9 +102,24 @@ class TwoMassRig(ComposedRig):
         by_name = {c.name: c.value for c in self.constants}
         by_name |= dict(zip(self.run_columns.values(), run.tolist(), strict=True))
         self.check(by_name)
-        values = completed(
-            self.parts, by_name | {q.name: own[:, k] for k, q in enumerate(self.own(law))}
-        )
+        parameters = {q.name: own[:, k] for k, q in enumerate(self.own(law))}
+        row = self.coupled_coefficients(by_name | parameters)
+        masses = row[MOTOR_ROW], row[row[LOAD_ROW]]
+        for side, mass in zip(("motor: state armature", "load"), masses, strict=True):
+            if np.ndim(mass) == 0 and not mass > 0.0:
+                raise InputError(
+                    f"rig {self.name}: an axis of two masses needs an inertia above zero of the "
+                    f"{side}"
+                )
+        return rows(row, len(own))
+
+    def coupled_coefficients(self, values: Mapping[str, Any]) -> tuple[Any, ...]:
+        """The rows of coupling, motor and load in one, as `coupled_row` makes it.
+
+        Args:
+            values: As of `coefficients`.
+        """
+        values = completed(self.parts, values)
         roles: dict[str, list[Part]] = {"motor": [], "load": [], "transmission": []}
         for part in self.parts:
             role = "transmission" if part.name in SIDES and part.role == "sensor" else part.role
@@ -116,13 +131,7 @@ class TwoMassRig(ComposedRig):
             for side, fields in (("motor", {}), ("load", {"force_limit": 0.0}))
         )
         coupling = CouplingConstants(**contributions(values, roles["transmission"]))
-        for side, mass in (("motor: state armature", motor[0]), ("load", load[0])):
-            if np.ndim(mass) == 0 and not mass > 0.0:
-                raise InputError(
-                    f"rig {self.name}: an axis of two masses needs an inertia above zero of the "
-                    f"{side}"
-                )
-        return rows(coupled_row(coupling, motor, load), len(own))
+        return coupled_row(coupling, motor, load)
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """Samples, inputs and start of a stretch, of the encoder that `position` is."""
@@ -276,7 +285,19 @@ class TwoMassRig(ComposedRig):
             "motor": "F_f,m the friction, on the motor's side",
             "both": "F_f the friction of the load, F_f,m that of the motor's side",
         }
-        return replace(one, drive=TWO_MASSES, text=f"{one.text};  {where[self.friction_side]}")
+        encoder = {
+            c.name
+            for p in self.parts
+            if (p.role, p.name) == ("sensor", "motor")
+            for c in p.coefficients
+        }
+        return replace(
+            one,
+            drive=TWO_MASSES,
+            text=f"{one.text};  {where[self.friction_side]}",
+            constants=tuple(name for name in one.constants if name not in encoder),
+            coefficients=self.coupled_coefficients,
+        )
 
 
 def two_masses(parts: Iterable[Part]) -> bool:

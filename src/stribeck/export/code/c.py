@@ -91,10 +91,11 @@ class C(Dialect):
         further = [f"*{_RESULT}{i} = {self.write(x)};" for i, x in enumerate(values[1:], 2)]
         return [*further, *(self.return_lines(values[0]) if values else ["return;"])]
 
-    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, first: Expression, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
         i = self.name(name)
-        return f"for ({i} = 0; {i} < {self.write(end, SUM)}; {i}++) {{", "}"
+        begin, bound = self.write(first), self.write(end, SUM)
+        return f"for ({i} = {begin}; {i} < {bound}; {i}++) {{", "}"
 
     def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""
@@ -118,11 +119,16 @@ class C(Dialect):
         lines += [f"    (void){self.name(a.name)};" for a in f.arguments if a.name in unread]
         return "\n".join([*lines, *self.block(f.body), "}", ""])
 
+    def table(self, name: str, values: Sequence[float]) -> str:
+        """Numbers that its functions read, for this file alone."""
+        numbers = ", ".join(self.number(value, "real") for value in values)
+        return f"static const double {self.name(name)}[] = {{{numbers}}};\n"
+
     def _argument(self, argument: Name | Array) -> str:
         name = self.name(argument.name)
         if isinstance(argument, Name):
             return f"{_TYPES[argument.kind]} {name}"
-        return f"{'' if argument.written else 'const '}double *{name}"
+        return f"{'' if argument.written else 'const '}{_TYPES[argument.kind]} *{name}"
 
 
 #: Functions of a program that <math.h> has not, or under another name.
@@ -178,22 +184,29 @@ def c(
     }
 
 
-def c_functions(entries: Sequence[FunctionSource], what: str, prefix: str) -> str:
+def c_functions(
+    entries: Sequence[FunctionSource],
+    what: str,
+    prefix: str,
+    before: Sequence[FunctionSource] = (),
+) -> str:
     """Functions in C, for one file alone, with all that they call.
 
     Args:
         entries: Where their Python is.
         what: Whose they are, for messages.
         prefix: What their names begin with.
+        before: Functions that they may call by name.
 
     Raises:
         InputError: a source that says something that has no place in C.
     """
-    program = translate(entries, what)
+    program = translate(entries, what, before)
     if divides(program):
         program = lowered(program, Restrictions(joins=False, plain=False))
     dialect = C(prefix)
     text = [text for name, text in MIN_AND_MAX.items() if name in program.calls]
+    text += [dialect.table(name, values) for name, values in program.tables.items()]
     lines = "\n".join([*text, *(dialect.function(f) for f in program.functions)]).split("\n")
     return "\n".join("\n".join(_wrapped(line)) for line in lines)
 
@@ -335,6 +348,7 @@ class _CFiles:
             "#include <math.h>",
             "",
             *(text for name, text in MIN_AND_MAX.items() if name in self.program.calls),
+            *(dialect.table(name, values) for name, values in self.program.tables.items()),
             *bodies,
             f"void {n}_init({n}_law *law)",
             "{",

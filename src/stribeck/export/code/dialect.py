@@ -67,8 +67,8 @@ class Dialect(ABC):
                 return self.number(value, kind), SIGN if _below_zero(value) else ATOM
             case Truth(value=value):
                 return self.true if value else self.false, ATOM
-            case Array(name=name, offset=offset) if offset:
-                return f"{self.name(name)} + {offset}", SUM
+            case Array(name=name, offset=offset) if expression.begin != 0:
+                return f"{self.name(name)} + {self.write(offset, SUM)}", SUM
             case Name(name=name) | Array(name=name):
                 return self.name(name), ATOM
             case Item(array=array, index=index):
@@ -161,8 +161,8 @@ class Dialect(ABC):
                 return [pad + line for line in self.several_returned(values)]
             case If():
                 return self._if(statement, depth)
-            case CountLoop(name=name, end=end, body=body):
-                head, tail = self.count_loop(name, end)
+            case CountLoop(name=name, end=end, body=body, first=first):
+                head, tail = self.count_loop(name, first, end)
                 return [pad + head, *self.block(body, depth + 1), *([pad + tail] if tail else [])]
             case WhileLoop(test=test, body=body):
                 head, tail = self.while_loop(test)
@@ -207,8 +207,8 @@ class Dialect(ABC):
         return [f"return {self.write(value)}{self.end}"]
 
     @abstractmethod
-    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
-        """The first and the last line ("" for none) of a loop from 0 to one below the end."""
+    def count_loop(self, name: str, first: Expression, end: Expression) -> tuple[str, str]:
+        """The first and the last line ("" for none) of a loop up to one below the end."""
 
     def last(self, end: Expression) -> str:
         """The last number that such a loop counts to."""

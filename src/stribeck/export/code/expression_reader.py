@@ -6,15 +6,15 @@ import ast
 import inspect
 import math
 import operator
-import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
-from ...errors import InputError
-from ...rig.motion.part_call import beginning, called, further
+from ...rig.motion.part_call import called
+from .array_reader import ArrayReader
 from .folding import Operation, by_two, known_call, negative, power, real
 from .function_source import FunctionSource, python_function
+from .named_tuples import field_name
 from .program import (
     MATH_FUNCTIONS,
     Array,
@@ -22,12 +22,10 @@ from .program import (
     Compare,
     Conditional,
     Expression,
-    Item,
     Joined,
     Kind,
     Name,
     Number,
-    ProgramFunction,
     Truth,
     Unary,
 )
@@ -44,87 +42,14 @@ class _Known:
     value: Any = None
 
 
-class Translator(Protocol):
-    """What has been translated so far, as one of its functions sees it."""
-
-    what: str
-    functions: dict[str, ProgramFunction]
-    entries: dict[str, FunctionSource]
-    being_read: list[Callable[..., Any]]
-
-    def translated_name(self, source: FunctionSource) -> str:
-        """The name in the program of a function that another calls; translated once."""
-
-    def known_value(self, value: Expression) -> Number | Truth | None:
-        """What a call gives, of a function that gives the same each time and does no more."""
-
-
-class ExpressionReader:
+class ExpressionReader(ArrayReader):
     """Reads the expressions of one function."""
-
-    def __init__(self, translation: Translator, entry: FunctionSource, name: str) -> None:
-        self._translation, self._entry, self._name = translation, entry, name
-        self._python = python_function(entry.function)
-        try:
-            lines, self._first = inspect.getsourcelines(self._python)
-            self._tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
-        except (OSError, TypeError, SyntaxError, IndexError) as error:
-            raise InputError(
-                f"{translation.what}: cannot be translated: the source of its function "
-                f"{getattr(self._python, '__name__', name)!r} is not in a file"
-            ) from error
-        self._kinds: dict[str, Kind] = {}
-        self._variables: dict[str, Name] = {}
-        self._arrays = {
-            name: Array(name, math.prod(shape), columns=shape[1])
-            if isinstance(shape, tuple)
-            else Array(name, shape)
-            for name, shape in entry.arrays.items()
-        }
-        self._written = set(entry.written or ())
-        self._results: tuple[Kind, ...] = ("real",)
-        self._known = inspect.getclosurevars(self._python)
 
     def _truth(self, node: ast.expr) -> Expression:
         truth = self._expression(node)
         if truth.kind != "truth":
             raise self._refused(node, "asks a number whether it is true: compare it")
         return truth
-
-    def _array(self, node: ast.expr) -> Array | None:
-        """An array by its name, or what begins within it; None for any other expression."""
-        match node:
-            case ast.Name(id=name):
-                return self._arrays.get(name)
-            case ast.Call(func=ast.Name(id=name), args=[first, *rest]):
-                intrinsic, array = self._outside(name), self._array(first)
-                if array is None or intrinsic not in (beginning, further):
-                    return None
-                places = [self._expression(n) for n in rest]
-                if not all(isinstance(p, Number) and p.kind == "whole" for p in places):
-                    raise self._refused(node, "begins where nobody knows")
-                on = sum(int(p.value) for p in places if isinstance(p, Number))
-                return replace(array, length=0, offset=array.offset + on)
-        return None
-
-    def _item(self, array: Array, node: ast.expr) -> Item:
-        """An element, of a table by its row and its column."""
-        places = [
-            self._expression(n) for n in (node.elts if isinstance(node, ast.Tuple) else [node])
-        ]
-        if any(place.kind != "whole" for place in places):
-            raise self._refused(node, "is an index that is no whole number")
-        if len(places) != 1 + (array.columns > 1):
-            raise self._refused(node, f"is no index of {array.name}")
-        index = places[0]
-        if array.columns > 1:
-            row = by_two("*", index, Number(array.columns, "whole"))
-            index = by_two("+", row, places[1])
-        if isinstance(index, Number) and not 0 <= index.value < (array.length or math.inf):
-            raise self._refused(node, f"reads {array.name}[{index.value}], it has {array.length}")
-        if array.offset:
-            index = by_two("+", index, Number(array.offset, "whole"))
-        return Item(array.name, index)
 
     def _expression(  # noqa: C901, PLR0911, PLR0912 - one case a line
         self, node: ast.expr
@@ -138,6 +63,8 @@ class ExpressionReader:
                 return Number(value)
             case ast.Name(id=name):
                 return self._named(name, node)
+            case ast.Attribute(value=ast.Name(id=name), attr=attr) if name in self._records:
+                return self._records[name][attr]
             case ast.Attribute(value=ast.Name(), attr=attr) if attr in _CONSTANTS:
                 return Number(_CONSTANTS[attr])
             case ast.Subscript(value=array_node, slice=index) if (
@@ -154,10 +81,7 @@ class ExpressionReader:
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return negative(self._expression(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
-                inner = self._truth(operand)
-                if isinstance(inner, Truth):
-                    return Truth(not inner.value)
-                return Unary("not", inner, "truth")
+                return self._negated(self._truth(operand))
             case ast.BinOp(left=left, op=op, right=right):
                 return self._binary(op, self._expression(left), self._expression(right), node)
             case ast.Compare(
@@ -165,13 +89,14 @@ class ExpressionReader:
                 ops=[ast.In() | ast.NotIn() as op],
                 comparators=[ast.Tuple(elts=elements)],
             ):
-                equal = [self._compared([left, e], [ast.Eq()], node) for e in elements]
-                inside = Joined("or", tuple(equal))
-                return inside if isinstance(op, ast.In) else Unary("not", inside, "truth")
+                equal = (self._compared([left, e], [ast.Eq()], node) for e in elements)
+                inside = self._any_or_all("or", equal)
+                return inside if isinstance(op, ast.In) else self._negated(inside)
             case ast.Compare(left=left, ops=ops, comparators=others):
                 return self._compared([left, *others], ops, node)
             case ast.BoolOp(op=op, values=nodes):
-                return self._joined("and" if isinstance(op, ast.And) else "or", nodes)
+                sign: Literal["and", "or"] = "and" if isinstance(op, ast.And) else "or"
+                return self._any_or_all(sign, map(self._truth, nodes))
             case ast.IfExp(test=test, body=yes, orelse=no):
                 return self._choice(self._truth(test), yes, no)
             case ast.Call():
@@ -179,18 +104,16 @@ class ExpressionReader:
                 return self._translation.known_value(result) or result
         raise self._refused(node, "is an expression that other languages are not told")
 
-    def _element(self, item: Item) -> Number | None:
-        """An element that is known: a function's address is some number above 0."""
-        if not isinstance(item.index, Number):
-            return None
-        value = self._entry.known.get(item.array, {}).get(int(item.index.value))
-        return None if value is None else Number(1.0 if callable(value) else float(value))
+    @staticmethod
+    def _negated(truth: Expression) -> Expression:
+        """The opposite."""
+        return Truth(not truth.value) if isinstance(truth, Truth) else Unary("not", truth, "truth")
 
-    def _joined(self, sign: Literal["and", "or"], nodes: Sequence[ast.expr]) -> Expression:
+    @staticmethod
+    def _any_or_all(sign: Literal["and", "or"], truths: Iterable[Expression]) -> Expression:
         """Truths joined; a known one is left out, or decides, and what follows is not read."""
         parts: list[Expression] = []
-        for node in nodes:
-            part = self._truth(node)
+        for part in truths:
             if not isinstance(part, Truth):
                 parts.append(part)
             elif part.value != (sign == "and"):
@@ -200,6 +123,8 @@ class ExpressionReader:
         return parts[0] if len(parts) == 1 else Joined(sign, tuple(parts))
 
     def _named(self, name: str, node: ast.expr) -> Expression:
+        if name in self._fixed:
+            return self._fixed[name]
         if name in self._kinds:
             return Name(name, self._kinds[name])
         value = self._entry.constants.get(name, self._outside(name))
@@ -210,13 +135,6 @@ class ExpressionReader:
         if isinstance(value, float):
             return Number(value)
         raise self._refused(node, f"{name} is no number that is known here")
-
-    def _outside(self, name: str) -> Any:
-        """What a name means that is none of the function's own."""
-        for names in (self._known.nonlocals, self._known.globals, self._known.builtins):
-            if name in names:
-                return names[name]
-        return None
 
     def _binary(
         self, op: ast.operator, left: Expression, right: Expression, node: ast.AST
@@ -237,7 +155,7 @@ class ExpressionReader:
         self, nodes: Sequence[ast.expr], ops: Sequence[ast.cmpop], node: ast.AST
     ) -> Expression:
         sides = [self._expression(n) for n in nodes]
-        comparisons: list[Compare] = []
+        comparisons: list[Compare | Truth] = []
         for left, op, right in zip(sides, ops, sides[1:], strict=False):
             sign = _COMPARED.get(type(op))
             truths = [left.kind, right.kind].count("truth")
@@ -245,13 +163,12 @@ class ExpressionReader:
                 raise self._refused(node, "is a comparison that other languages are not told")
             if left.kind != right.kind:
                 left, right = real(left), real(right)  # noqa: PLW2901 - the same values
-            comparisons.append(Compare(sign, left, right))
-        if len(comparisons) > 1:
-            return Joined("and", tuple(comparisons))
-        (only,) = comparisons
-        if isinstance(only.left, Number) and isinstance(only.right, Number):
-            return Truth(_BY_ORDER[only.sign](only.left.value, only.right.value))
-        return only
+            comparisons.append(
+                Truth(_BY_ORDER[sign](left.value, right.value))
+                if isinstance(left, Number) and isinstance(right, Number)
+                else Compare(sign, left, right)
+            )
+        return self._any_or_all("and", comparisons)
 
     def _choice(self, test: Expression, yes: ast.expr, no: ast.expr) -> Expression:
         if isinstance(test, Truth):
@@ -267,32 +184,47 @@ class ExpressionReader:
         name = func.id if isinstance(func, ast.Name) else getattr(func, "attr", "")
         if node.keywords:
             raise self._refused(node, "names its arguments")
-        if name == "len" and len(arguments) == 1:
-            array = self._array(arguments[0])
-            if array is not None and array.length:
-                return Number(array.length // array.columns, "whole")
         if name in self._entry.functions:
             return self._program_call(self._entry.functions[name], arguments, node, results)
-        if name == "float" and len(arguments) == 1:
-            return real(self._expression(arguments[0]))
-        if not self._users_own(func) and (known := self._math(func, name, arguments, node)):
+        if not self._users_own(func) and (
+            known := self._converted(name, arguments) or self._math(func, name, arguments, node)
+        ):
             return known
         callee = self._outside(name) if isinstance(func, ast.Name) else None
-        if callee is called:  # by the address that stands in a row
-            row, place, *handed = arguments
-            array, at = self._array(row), self._expression(place)
-            known_there = self._entry.known.get(array.name, {}) if array is not None else {}
-            where = int(at.value) if isinstance(at, Number) else -1
-            callee, begin = known_there.get(where), known_there.get(where + 1)
-            if array is None or begin is None or not callable(callee):
-                raise self._refused(node, "is a call by an address that is not known")
-            name = python_function(callee).__name__
-            constants = replace(array, length=0, offset=array.offset + int(begin))
-            return self._function_call(callee, name, [*handed[:-1], constants, handed[-1]],
-                                       node, results)  # fmt: skip
+        if callee is called:
+            return self._addressed(arguments, node, results)
         if not inspect.isfunction(python_function(callee)):
             raise self._refused(node, f"{name or 'it'} is a call that other languages are not told")
         return self._function_call(callee, name, arguments, node, results)
+
+    def _addressed(self, arguments: Sequence[ast.expr], node: ast.Call, results: int) -> Call:
+        """A call of a function by the address that stands in a row."""
+        row, place, *handed = arguments
+        array, at = self._array(row), self._expression(place)
+        known_there = self._known_part(array) if array is not None else {}
+        where = int(at.value) if isinstance(at, Number) else -1
+        callee, begin = known_there.get(where), known_there.get(where + 1)
+        if array is None or begin is None or not callable(callee):
+            raise self._refused(node, "is a call by an address that is not known")
+        name, constants = python_function(callee).__name__, self._further(array, int(begin), 0)
+        return self._function_call(
+            callee, name, [*handed[:-1], constants, handed[-1]], node, results
+        )
+
+    def _converted(self, name: str, arguments: Sequence[ast.expr]) -> Expression | None:
+        """The length of an array, or a number as one of another kind."""
+        if name not in ("len", "float", "int") or len(arguments) != 1:
+            return None
+        if name == "len":
+            array = self._array(arguments[0])
+            known = array is not None and array.length > 0
+            return Number(array.length // array.columns, "whole") if array and known else None
+        number = self._expression(arguments[0])
+        if name == "float":
+            return real(number)
+        if isinstance(number, Number):
+            return Number(int(number.value), "whole")
+        return number if number.kind == "whole" else None
 
     def _math(
         self, func: ast.expr, name: str, arguments: Sequence[ast.expr], node: ast.expr
@@ -321,6 +253,7 @@ class ExpressionReader:
         names = tuple(inspect.signature(python_function(callee)).parameters)
         source = FunctionSource(name, callee, {}, None)
         arrays: dict[str, int | tuple[int, int]] = {}
+        whole: list[str] = []
         known: dict[str, Mapping[int, Any]] = {}
         passed: dict[str, dict[str, Any]] = {"drop": {}, "constants": {}, "functions": {}}
         for parameter, argument in zip(names, arguments, strict=False):
@@ -328,13 +261,14 @@ class ExpressionReader:
             if isinstance(value, Array):
                 rows = value.length // value.columns
                 arrays[parameter] = (rows, value.columns) if value.columns > 1 else rows
-                if not value.offset and value.name in self._entry.known:
-                    known[parameter] = self._entry.known[value.name]
+                whole += [parameter] if value.kind == "whole" else []
+                if part := self._known_part(value):
+                    known[parameter] = part
             elif isinstance(value, _Known):
                 passed[value.field][parameter] = value.value
         source = replace(
             source, arrays=arrays, known=known, drop=tuple(passed["drop"]),
-            constants=passed["constants"], functions=passed["functions"],
+            constants=passed["constants"], functions=passed["functions"], whole=tuple(whole),
         )  # fmt: skip
         unique = self._translation.translated_name(source)
         return self._program_call(unique, arguments, node, results)
@@ -345,10 +279,19 @@ class ExpressionReader:
             return argument
         if (array := self._array(argument)) is not None:
             return array
-        if isinstance(argument, ast.Constant | ast.Compare | ast.BoolOp):
+        if isinstance(argument, ast.Constant | ast.Compare | ast.BoolOp | ast.Subscript):
             value = self._expression(argument)
-            return _Known("constants", value.value) if isinstance(value, Truth) else None
-        name, entry = argument.id if isinstance(argument, ast.Name) else "", self._entry
+            whole = isinstance(argument, ast.Subscript) and value.kind == "whole"
+            if isinstance(value, Truth) or (whole and isinstance(value, Number)):
+                return _Known("constants", value.value)
+            return None
+        return self._known_name(argument.id) if isinstance(argument, ast.Name) else None
+
+    def _known_name(self, name: str) -> _Known | None:
+        """What is known by a name."""
+        entry = self._entry
+        if name in self._fixed:
+            return _Known("constants", self._fixed[name].value)
         if name in (*entry.constants, *entry.functions):
             field: Literal["constants", "functions"] = (
                 "constants" if name in entry.constants else "functions"
@@ -366,23 +309,38 @@ class ExpressionReader:
             raise self._refused(node, f"{name} takes {len(names)} arguments")
         if results and len(function.results) != results:
             raise self._refused(node, f"gives {len(function.results)} values, not {results}")
-        handed = dict(zip(names, values, strict=True))
-        arguments: list[Expression] = []
-        for formal in function.arguments:
-            argument = handed[formal.name]
-            array = self._argument(argument)
-            if isinstance(formal, Name) and not isinstance(argument, Array):
-                value = self._expression(argument)
-                arguments.append(self._of_kind(value, formal.kind, argument))
-            elif isinstance(formal, Array) and isinstance(array, Array):
-                if array.length < formal.length or array.columns != formal.columns:
-                    raise self._refused(node, f"{formal.name} is an array of {formal.length}")
-                if formal.written:
-                    self._writes(array.name, node)
-                arguments.append(replace(array, written=formal.written))
+        handed: dict[str, ast.expr | Array | Name | Number] = {}
+        for formal_name, given in zip(names, values, strict=True):
+            if isinstance(given, ast.Name) and given.id in self._records:
+                fields = self._records[given.id]
+                handed |= {field_name(formal_name, f): place for f, place in fields.items()}
             else:
-                raise self._refused(node, f"{formal.name} is an array, or is none")
+                handed[formal_name] = given
+        if odd := [f.name for f in function.arguments if f.name not in handed]:
+            raise self._refused(node, f"{odd[0]} is of a NamedTuple, or is of none")
+        arguments = (self._handed(f, handed[f.name], node) for f in function.arguments)
         return Call(name, tuple(arguments), (*function.results, "real")[0])
+
+    def _handed(
+        self, formal: Name | Array, argument: ast.expr | Array | Name | Number, node: ast.expr
+    ) -> Expression:
+        """An argument of a call, as its function takes it."""
+        if isinstance(argument, Name | Number):
+            return argument
+        array = self._argument(argument)
+        if isinstance(formal, Name) and not isinstance(argument, Array):
+            return self._of_kind(self._expression(argument), formal.kind, argument)
+        if not (isinstance(formal, Array) and isinstance(array, Array)):
+            raise self._refused(node, f"{formal.name} is an array, or is none")
+        if (
+            array.length < formal.length
+            or array.columns != formal.columns
+            or array.kind != formal.kind
+        ):
+            raise self._refused(node, f"{formal.name} is an array of {formal.length}")
+        if formal.written:
+            self._writes(array.name, node)
+        return replace(array, written=formal.written)
 
     def _users_own(self, func: ast.expr) -> bool:
         """Whether a name that is known elsewhere means a function of the user's here."""
@@ -391,15 +349,6 @@ class ExpressionReader:
         value = self._outside(func.id)
         return inspect.isfunction(value) or hasattr(value, "py_func")
 
-    def _refused(self, node: ast.AST, why: str) -> InputError:
-        line = self._first + getattr(node, "lineno", 1) - 1
-        try:
-            text = ast.unparse(node).partition("\n")[0]
-        except (ValueError, TypeError, AttributeError):
-            text = type(node).__name__
-        what, name = self._translation.what, self._python.__name__
-        return InputError(f"{what}: cannot be translated: {name}, line {line}: `{text:.60}`: {why}")
-
     def _of_kind(self, value: Expression, kind: Kind, node: ast.AST) -> Expression:
         """A value as one of a kind."""
         if kind == "real" and value.kind == "whole":
@@ -407,12 +356,6 @@ class ExpressionReader:
         if kind != value.kind:
             raise self._refused(node, f"is {value.kind}, not {kind}")
         return value
-
-    def _writes(self, array: str, node: ast.AST) -> None:
-        """An array among the arguments is written."""
-        if self._entry.written is not None and array not in self._entry.written:
-            raise self._refused(node, f"writes into {array}, which it only reads")
-        self._written.add(array)
 
 
 _SIGNS: Mapping[type[ast.operator], Operation] = {

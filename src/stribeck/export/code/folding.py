@@ -44,6 +44,10 @@ def by_two(sign: Operation, left: Expression, right: Expression) -> Expression:
         return Number(int(value), "whole") if kind == "whole" else Number(float(value))
     if sign == "*" and isinstance(left, Number) and left.value == 1:
         return right
+    if sign == "+" and kind == "whole":
+        for one, other in ((left, right), (right, left)):
+            if isinstance(one, Number) and one.value == 0:
+                return other
     return Binary(sign, left, right, kind)
 
 

@@ -23,6 +23,7 @@ class FunctionSource:
         functions: Arguments that are functions: the names of entries translated before this one.
         known: Elements of its arrays whose values are known, by place: numbers, or functions that
             stand there by their addresses, as in a row of `rig.motion.axis_row`.
+        whole: The arrays of whole numbers.
     """
 
     name: str
@@ -33,6 +34,7 @@ class FunctionSource:
     constants: Mapping[str, float | tuple[int, ...]] = field(default_factory=dict)
     functions: Mapping[str, str] = field(default_factory=dict)
     known: Mapping[str, Mapping[int, Any]] = field(default_factory=dict)
+    whole: tuple[str, ...] = ()
 
     @property
     def absent(self) -> frozenset[str]:
@@ -45,7 +47,7 @@ class FunctionSource:
         mappings = (self.arrays, self.constants, self.functions)
         known = ((name, *places.items()) for name, places in self.known.items())
         named = (tuple(mapping.items()) for mapping in mappings)
-        return python_function(self.function), self.drop, *named, *known
+        return python_function(self.function), self.drop, self.whole, *named, *known
 
 
 def python_function(function: Any) -> Callable[..., Any]:

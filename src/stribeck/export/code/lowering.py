@@ -103,8 +103,25 @@ def lowered(program: Program, restrictions: Restrictions) -> Program:
                 f"{f.name}: cannot be translated: several results, a jump in a loop, a rest of a "
                 "division, rounding and infinite numbers are what only C is told"
             )
+        if _has_parts(f, program):
+            raise InputError(
+                f"{f.name}: cannot be translated: parts of arrays, arrays of whole numbers and "
+                "tables of a module are what only C is told"
+            )
     return replace(
         program, functions=tuple(_Lowering(f, restrictions).lowered() for f in program.functions)
+    )
+
+
+def _has_parts(function: ProgramFunction, program: Program) -> bool:
+    """Whether a function reads tables, has whole numbers in arrays, or hands over parts of them."""
+    own = {a.name: a for a in function.arguments if isinstance(a, Array)}
+    return any(a.kind == "whole" for a in own.values()) or any(
+        x.array in program.tables
+        if isinstance(x, Item)
+        else x.name not in own or replace(x, written=own[x.name].written) != own[x.name]
+        for x in expressions(function.body)
+        if isinstance(x, Item | Array)
     )
 
 
@@ -154,6 +171,8 @@ def rebuilt(  # noqa: PLR0911 - one case a line
             return replace(expression, test=new_parts[0], yes=new_parts[1], no=new_parts[2])
         case Call():
             return replace(expression, arguments=tuple(new_parts))
+        case Array() if new_parts:
+            return replace(expression, offset=new_parts[0])
     return expression
 
 
@@ -231,9 +250,9 @@ class _Lowering:
             case If(test=test, then=then, otherwise=otherwise):
                 before, test = self._value(test)
                 return [*before, If(test, self._block(then), self._block(otherwise))]
-            case CountLoop(name=name, end=end, body=body):
-                before, end = self._value(end)
-                return [*before, CountLoop(name, end, self._block(body))]
+            case CountLoop(name=name, end=end, body=body, first=first):
+                before, (first, end) = self._values((first, end))
+                return [*before, CountLoop(name, end, self._block(body), first)]
             case WhileLoop(test=test, body=body):
                 return self._while(test, self._block(body))
 
@@ -378,7 +397,7 @@ def _statement_renamed(  # noqa: PLR0911 - one case a line
         case If(then=then, otherwise=otherwise):
             return If(new[0], _block_renamed(then, names), _block_renamed(otherwise, names))
         case CountLoop(name=name, body=body):
-            return CountLoop(names.get(name, name), new[0], _block_renamed(body, names))
+            return CountLoop(names.get(name, name), new[1], _block_renamed(body, names), new[0])
         case WhileLoop(body=body):
             return WhileLoop(new[0], _block_renamed(body, names))
 

@@ -81,9 +81,9 @@ class Matlab(Dialect):
         """The result's variable gets its value."""
         return [f"{self._result} = {self.write(value)};", "return"]
 
-    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, first: Expression, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
-        return f"for {name} = 0:{self.last(end)}", "end"
+        return f"for {name} = {self.write(first, SIGN)}:{self.last(end)}", "end"
 
     def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""

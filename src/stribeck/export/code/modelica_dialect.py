@@ -134,9 +134,9 @@ class Modelica(Dialect):
         """The result gets its value."""
         return [f"{self._result} := {self.write(value)};", "return;"]
 
-    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, first: Expression, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
-        return f"for {name} in 0:{self.last(end)} loop", "end for;"
+        return f"for {name} in {self.write(first, SUM)}:{self.last(end)} loop", "end for;"
 
     def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""

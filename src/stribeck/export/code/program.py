@@ -8,7 +8,7 @@ some languages say (several results, jumps in a loop) is refused for the others 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 Kind = Literal["real", "whole", "truth"]
@@ -110,14 +110,20 @@ class Array:
         written: Whether the function that takes it writes into it.
         offset: Of the first element that is handed over.
         columns: Of a table, whose rows stand one after the other; else 1.
+        kind: Of its elements, real or whole.
     """
 
     name: str
     length: int
     written: bool = False
-    offset: int = 0
+    offset: Expression = Number(0, "whole")
     columns: int = 1
     kind: Kind = "real"
+
+    @property
+    def begin(self) -> int:
+        """Its offset, where that is known; else −1."""
+        return int(self.offset.value) if isinstance(self.offset, Number) else -1
 
 
 @dataclass(frozen=True)
@@ -169,11 +175,12 @@ class If:
 
 @dataclass(frozen=True)
 class CountLoop:
-    """A block for each whole number from 0 to one below the end."""
+    """A block for each whole number from the first to one below the end."""
 
     name: str
     end: Expression
     body: tuple[Statement, ...]
+    first: Expression = Number(0, "whole")
 
 
 @dataclass(frozen=True)
@@ -231,11 +238,13 @@ class Program:
         functions: All of them.
         entries: The names of those that were asked for.
         calls: Which of MATH_FUNCTIONS they use, in the order of that table.
+        tables: Numbers of which they read elements by places that are not known before, by name.
     """
 
     functions: tuple[ProgramFunction, ...]
     entries: tuple[str, ...]
     calls: tuple[str, ...]
+    tables: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __contains__(self, name: object) -> bool:
         return any(f.name == name for f in self.functions)
@@ -273,6 +282,8 @@ def parts(expression: Expression) -> tuple[Expression, ...]:  # noqa: PLR0911 - 
             return (test, yes, no)
         case Call(arguments=arguments):
             return arguments
+        case Array(offset=offset) if not isinstance(offset, Number):
+            return (offset,)
     return ()
 
 
@@ -319,8 +330,8 @@ def direct_expressions(statement: Statement) -> tuple[Expression, ...]:
             return (*targets(statement), value)
         case If(test=test) | WhileLoop(test=test):
             return (test,)
-        case CountLoop(end=end):
-            return (end,)
+        case CountLoop(end=end, first=first):
+            return (first, end)
         case Return(value=value, more=more):
             return () if value is None else (value, *more)
     return ()

@@ -100,9 +100,9 @@ class ST(Dialect):
         """The function's name gets its value."""
         return [f"{self._result} := {self.write(value)};", "RETURN;"]
 
-    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, first: Expression, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
-        return f"FOR {name} := 0 TO {self.last(end)} DO", "END_FOR;"
+        return f"FOR {name} := {self.write(first)} TO {self.last(end)} DO", "END_FOR;"
 
     def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""

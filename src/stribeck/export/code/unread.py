@@ -52,10 +52,10 @@ def _kept(body: Sequence[Statement], read: set[str]) -> tuple[Statement, ...]:
                 sides = _kept(then, read), _kept(otherwise, read)
                 if any(sides) or not is_pure(test):
                     kept.append(If(test, *sides))
-            case CountLoop(end=Number(value=value)) if value <= 0:
+            case CountLoop(end=Number(value=value), first=Number(value=low)) if value <= low:
                 continue
-            case CountLoop(name=name, end=end, body=inner):
-                kept.append(CountLoop(name, end, _kept(inner, read)))
+            case CountLoop(body=inner):
+                kept.append(replace(statement, body=_kept(inner, read)))
             case WhileLoop(test=test, body=inner):
                 kept.append(WhileLoop(test, _kept(inner, read)))
             case _:

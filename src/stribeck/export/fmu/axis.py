@@ -13,10 +13,12 @@ import numpy as np
 from ...errors import InputError
 from ...rig.equation import Equation
 from ...rig.motion.drives import NORMAL_LOAD, TEMPERATURE
+from ...rig.two_masses import TwoMassRig
 from ...space import Param
 from ...units import convertible, unit
 from ..model import Model, identifier
 from .symbol import Symbol
+from .unit_two_masses import OUT_FRICTION, RubbedSide
 
 #: Longest step, s, and way by which a step may be off, m or rad, where a rig has none of its own.
 _STEP, _TOLERANCE = 1e-3, 1e-7
@@ -65,12 +67,19 @@ class Axis:
         row: The drive's constants: numbers, symbols, and functions of parts.
         values: Outputs, inputs, settings, the law's parameters, the rig's; value references
             count them.
+        sides: Of two masses, the friction of the motor and of the load.
     """
 
     drive: int
     motion: str
     row: Sequence[Any]
     values: tuple[Value, ...]
+    sides: tuple[RubbedSide, RubbedSide] | None = None
+
+    @property
+    def parameters(self) -> int:
+        """How many values there are from the first of its law's."""
+        return len(self.values) - self.first("law")
 
     def of(self, *roles: str) -> list[Value]:
         """The values of some roles."""
@@ -104,7 +113,20 @@ def axis(model: Model) -> Axis:
             name += "_"
         used_names.add(name)
         unique.append(replace(v, name=name))
-    return Axis(equation.drive, equation.text, _coefficients(model, equation), tuple(unique))
+    row = _coefficients(model, equation)
+    return Axis(equation.drive, equation.text, row, tuple(unique), _sides(model))
+
+
+def _sides(model: Model) -> tuple[RubbedSide, RubbedSide] | None:
+    """The friction of the motor and of the load of an axis of two masses."""
+    rig, law = model.rig, model.law
+    if not isinstance(rig, TwoMassRig):
+        return None
+    if rig.friction_side == "motor":
+        return RubbedSide(law, 0, OUT_FRICTION), RubbedSide(None)
+    own = len(law.params) + len(rig.params)  # before those of the motor's law
+    motor = RubbedSide(rig.law_of_motor(law), own, OUT_FRICTION + 1)
+    return motor if motor.law else RubbedSide(None), RubbedSide(law, 0, OUT_FRICTION)
 
 
 def _coefficients(model: Model, equation: Equation) -> Sequence[Any]:
@@ -121,7 +143,15 @@ def _outputs(model: Model, equation: Equation) -> Iterator[Value]:
     yield Value("velocity", "output", model.speed_unit, "velocity")
     yield Value("drive", "output", model.force_unit, equation.drive_doc)
     rubs = "friction, with the sign of the velocity; at rest, of the pull that it balances"
-    yield Value("friction", "output", model.force_unit, rubs)
+    if not isinstance(model.rig, TwoMassRig):
+        yield Value("friction", "output", model.force_unit, rubs)
+        return
+    yield Value("motor_position", "output", way, "position of the motor, at the load")
+    yield Value("motor_velocity", "output", model.speed_unit, "velocity of the motor, at the load")
+    yield Value("coupling", "output", model.force_unit, "of the spring, from the motor on the load")
+    names = {"motor": ("friction_motor",), "load": ("friction",)}
+    for name in names.get(model.rig.friction_side, ("friction", "friction_motor")):
+        yield Value(name, "output", model.force_unit, rubs)
 
 
 def _inputs(model: Model, equation: Equation) -> Iterator[Value]:
@@ -129,10 +159,13 @@ def _inputs(model: Model, equation: Equation) -> Iterator[Value]:
     for i in equation.inputs:
         yield Value(i.name, "input", i.unit, i.doc, i.start, fixed=i.held, place=i.place)
     places = {i.place for i in equation.inputs}
-    if "normal" in model.law.loads and NORMAL_LOAD not in places:
+    laws = [model.law]
+    if isinstance(model.rig, TwoMassRig) and (motor := model.rig.law_of_motor(model.law)):
+        laws.append(motor)
+    if any("normal" in law.loads for law in laws) and NORMAL_LOAD not in places:
         words = "normal load, as the law counts it"
         yield Value("normal_load", "input", "", words, 0.0, place=NORMAL_LOAD)
-    if "temperature" in model.law.terms and TEMPERATURE not in places:
+    if any("temperature" in law.terms for law in laws) and TEMPERATURE not in places:
         words = "temperature that friction depends on"
         yield Value("temperature", "input", "K", words, 293.15, place=TEMPERATURE)
 

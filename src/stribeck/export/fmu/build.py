@@ -1,8 +1,8 @@
 """A co-simulation unit (FMI 2.0) of axis and friction, compiled for this platform, with sources.
 
 The axis is stepped by the functions of `rig.motion` that step it here, translated into C
-(`unit_motion`); by hand are the functions of FMI and what they call of an axis. FMI 2.0, since
-every tool that loads units loads those.
+(`unit_one_mass`, `unit_two_masses`); by hand are the functions of FMI and what they call of an
+axis. FMI 2.0, since every tool that loads units loads those.
 """
 
 from __future__ import annotations
@@ -23,17 +23,15 @@ from pathlib import Path
 from ..._version import __version__
 from ...draft import Draft, settle
 from ...errors import InputError
-from ...friction.law import DRIVE
-from ...rig.motion.axis_row import LOAD_ROOM
-from ...rig.motion.drive_force import LOOP_MEMORY
 from ...rig.motion.drives import ENABLED, INPUTS
 from ...rig.motion.implicit import MOST_STEPS
-from ...rig.motion.passage import MEMORY
 from ..model import Model
 from .axis import Axis, axis
 from .description import described, page
 from .symbol import Symbol, c_text
-from .unit_motion import motion_source
+from .unit_motion import UnitMotion
+from .unit_one_mass import one_mass_motion
+from .unit_two_masses import two_mass_motion
 
 #: The C that is the same for every axis, and what of it is compiled.
 _OWN = ("axis.h", "axis.c", "fmi2.h", "fmi2.c")
@@ -88,25 +86,28 @@ def fmu(model: Model, name: str = "friction", *, binary: bool = True) -> bytes:
 def _sources(model: Model, fmu_axis: Axis) -> dict[str, bytes]:
     """Names and contents of the C files, without the unit's GUID."""
     folder = Path(__file__).parent / "fmu_c"
+    motion = (
+        one_mass_motion(model.law, fmu_axis.drive, fmu_axis.row)
+        if fmu_axis.sides is None
+        else two_mass_motion(*fmu_axis.sides, fmu_axis.parameters, fmu_axis.row)
+    )
     return {
         **{n: (folder / n).read_bytes() for n in _OWN},
-        "axis_model.h": _values(model, fmu_axis).encode(),
-        "axis_motion.h": motion_source(model.law, fmu_axis.drive, fmu_axis.row).encode(),
+        "axis_model.h": _values(fmu_axis, motion).encode(),
+        "axis_motion.h": motion.source.encode(),
     }
 
 
-def _values(model: Model, fmu_axis: Axis) -> str:
+def _values(fmu_axis: Axis, motion: UnitMotion) -> str:
     """Where the values of this axis stand, and how they start, as a header."""
     inputs = fmu_axis.of("input")
     setting = fmu_axis.first("setting")
     law = fmu_axis.first("law")
     held = {v.place for v in inputs if v.fixed}
     defined: dict[str, object] = {
-        "AXIS_BRISTLES": max(model.law.states, 1),
-        "AXIS_LOADS": LOAD_ROOM,
-        "AXIS_DRIVE": DRIVE,
-        "AXIS_MEMORY": MEMORY,
-        "AXIS_LOOP_MEMORY": LOOP_MEMORY,
+        "AXIS_MEMORY": motion.memory,
+        "AXIS_MODES": motion.modes,
+        "AXIS_ROOM": motion.room,
         "AXIS_MOST_STEPS": MOST_STEPS,
         "AXIS_VALUES": len(fmu_axis.values),
         "AXIS_FIRST_INPUT": fmu_axis.first("input"),
@@ -116,10 +117,7 @@ def _values(model: Model, fmu_axis: Axis) -> str:
         "AXIS_PLACES_OF_INPUTS": INPUTS,
         "AXIS_ENABLED": ENABLED,
         "AXIS_WIDTH": len(fmu_axis.row),
-        "AXIS_POSITION": 0,
-        "AXIS_VELOCITY": 1,
-        "AXIS_DRIVE_FORCE": 2,
-        "AXIS_FRICTION": 3,
+        "AXIS_POSITION": fmu_axis.first("output"),
         "AXIS_POSITION_START": setting,
         "AXIS_VELOCITY_START": setting + 1,
         "AXIS_STEP": setting + 2,

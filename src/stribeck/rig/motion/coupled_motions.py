@@ -14,7 +14,7 @@ from numba import float64, int64, types, void
 
 from ...compile_cache import compiled
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
-from ...friction.law import DRIVE, EXTERNAL, POSITION, slip_law, term_places, terms_factor
+from ...friction.law import DRIVE, slip_law, term_places
 from ...space import Array
 from . import row_pool
 from .axis_row import DEMAND
@@ -23,14 +23,10 @@ from .coupled_passage import ROWS, STAGES, coupled_passage
 from .coupled_rates import (
     BRISTLES,
     EVENTS,
-    FLANK,
     GENERAL,
-    HELD_BRISTLES,
-    LOAD,
     LOAD_RUBS,
     LOAD_STATES,
     MODES,
-    MOTOR,
     MOTOR_RUBS,
     MOTOR_STATES,
     PLAIN,
@@ -41,13 +37,13 @@ from .coupled_rates import (
     V_M,
     Q,
     V,
-    coupled_rates,
     read_position,
 )
-from .coupling import MOTOR_ROW, coupled_at, coupling_constants
-from .drive_force import LOOP_MEMORY, demanded, held_demand, loop_reset, mixed
-from .drives import AXIS, ENABLED, INPUTS
-from .implicit import EACH, FEWEST, ROOM, begun, steps_between
+from .coupled_start import coupled_start, held_rubbing
+from .coupling import MOTOR_ROW, coupling_constants
+from .drive_force import LOOP_MEMORY, demanded, mixed
+from .drives import ENABLED, FOLLOWS, HOLD, INPUTS
+from .implicit import EACH, FEWEST, ROOM, steps_between
 from .row_pool import borrowed
 from .velocity import NO_RUB
 
@@ -65,32 +61,9 @@ _W2 = float64[:, ::1]
 _I1 = int64[::1]
 
 
-def _no_slip(v: float, p: Array) -> float:  # noqa: ARG001
+def no_slip(v: float, p: Array) -> float:  # noqa: ARG001
     """Stands for the law of a side without friction; it is never called."""
     return 0.0
-
-
-@compiled()
-def _begun(
-    slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
-    term: Array, c: Array, u: Array, y: Array, mode: Array, load_m: Array, load: Array,
-    room: Array, rates: Array, g: Array,
-) -> None:  # fmt: skip
-    """The loads and the states of both laws where a motion starts; see `implicit.begun`."""
-    own, relaxed = STATE + mode[MOTOR_STATES], room[0]
-    relaxed[:] = 0.0
-    coupled_rates(
-        slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, u, y, 0.0, mode, load_m, load,
-        relaxed[STATE:own], relaxed[own:], 0.0, room[1, STATE:own], room[1, own:], rates[0], g,
-    )  # fmt: skip
-    if own > STATE:
-        F = load_m[DRIVE] + load_m[EXTERNAL]
-        factor = terms_factor(term_m, p_m, load_m)
-        begun(rub_m, factor, F, y[V_M], load_m, p_m, relaxed[STATE:own], y[STATE:own])
-    if len(y) > own:
-        F = load[DRIVE] + load[EXTERNAL]
-        factor = terms_factor(term, p, load)
-        begun(rub, factor, F, y[V], load, p, relaxed[own:], y[own:])
 
 
 @compiled(
@@ -100,7 +73,7 @@ def _begun(
     ),
     nogil=True,
 )  # fmt: skip
-def _rows(  # noqa: PLR0915 - a loop over candidates and samples
+def _rows(
     slip_m: Any, rub_m: Any, rubbing_m: int, states_m: int, p_m: Array, term_m: Array, slip: Any,
     rub: Any, rubbing: int, states: int, p: Array, term: Array, c: Array, t: Array, first: Array,
     inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
@@ -140,32 +113,15 @@ def _rows(  # noqa: PLR0915 - a loop over candidates and samples
         u[:] = 0.0
         u[ENABLED] = 1.0
         y[Q], y[V] = start[job, 0], start[job, 1]
-        half, ahead = 0.5 * coupling.play, start[job, 2]
-        if np.isnan(ahead):
-            ahead = np.copysign(half, y[V]) if y[V] != 0.0 else half * coupling.start
-        ahead = min(max(ahead, -half), half)
-        y[Q] -= ahead * start[job, 3]
-        y[Q_M], y[V_M] = y[Q] + ahead, y[V]
-        v = y[V]
-        rubs = rubbing
-        if coupling.forward != 1.0 or coupling.backward != 1.0:  # its losses may hold a load
-            rubs = PLAIN if rubbing == SMOOTH else HELD_BRISTLES if rubbing == BRISTLES else rubbing
-        mode[MOTOR] = 1 if rubbing_m in (SMOOTH, BRISTLES) or v > 0.0 else -1 if v < 0.0 else 0
-        mode[LOAD] = 1 if rubs in (SMOOTH, BRISTLES) or v > 0.0 else -1 if v < 0.0 else 0
-        mode[FLANK] = coupled_at(coupling, ahead)
-        mode[MOTOR_RUBS], mode[LOAD_RUBS] = rubbing_m, rubs
+        lossy = coupling.forward != 1.0 or coupling.backward != 1.0
+        mode[MOTOR_RUBS], mode[LOAD_RUBS] = rubbing_m, held_rubbing(rubbing, lossy)
         mode[MOTOR_STATES], mode[LOAD_STATES] = states_m, states
-        load_m[POSITION] = load[POSITION] = np.nan  # of another axis
-        memory[:] = 0.0
         twist, piece, steps_left = 0.0, 1.0, ROOM + EACH * parts[begin : end - 1].sum()
+        holds = axis[HOLD] > FOLLOWS
         mixed(inputs, held, begin, 0.0, u)
-        holds = held_demand(AXIS, axis)
-        if holds:
-            loop_reset(axis, u, read_position(coupling, y[Q_M], y[Q]), y[V_M], last)
-            load_m[DEMAND] = last[0]
-        _begun(
-            slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, u, y, mode, load_m, load, room,
-            rates, g,
+        coupled_start(
+            slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, u, start[job, 2], start[job, 3], y,
+            mode, load_m, load, last, rates, room, g, memory,
         )  # fmt: skip
         for k in range(begin, end):
             mixed(inputs, held, k, 0.0, u)
@@ -231,9 +187,9 @@ def motions_of_two(
     for law, own in zip(laws, p, strict=True):
         general = law is not None and law.rub is not None
         sides += [
-            addressed(slip_law(_no_slip) if law is None else law.slip),
+            addressed(slip_law(no_slip) if law is None else law.slip),
             addressed(law.rub if law is not None and general else NO_RUB, RUB_SIGNATURE),
-            _rubbing(law), 0 if law is None else law.states, _ready(own),
+            rubbing_of(law), 0 if law is None else law.states, _ready(own),
             np.array([-1, -1, 0]) if law is None else term_places(law),
         ]  # fmt: skip
     row_pool.pool().share(
@@ -248,7 +204,7 @@ def motions_of_two(
     return out[0], out[1], out[2], out[3], out[4]
 
 
-def _rubbing(law: Law | None) -> int:
+def rubbing_of(law: Law | None) -> int:
     """What rubs on a side under a law."""
     if law is None:
         return SMOOTH

@@ -51,6 +51,8 @@ SHARP = 1e-7
 #: The error after which a step is no longer and no shorter, as a share of the tolerance, and how
 #: much of what would give that it is, and by how much it may grow or shrink.
 AIM, SAFE, GROW, SHRINK = 0.5, 0.9, 5.0, 0.2
+#: Beyond which a motion has run away, m or rad, and per second.
+FAR = 1e12
 #: What is left of an interval that is none, as a share.
 _NONE = 1e-12
 
@@ -164,6 +166,30 @@ def _switched(c: Array, y: Array, twist: float, mode: Array, g: Array) -> float:
 
 
 @compiled(forceinline=True)
+def _pulled(load: Array) -> int:
+    """Which way the force on a side at rest pulls."""
+    return 1 if load[DRIVE] + load[EXTERNAL] - load[FRICTION] > 0.0 else -1
+
+
+@compiled(forceinline=True)
+def _past(g: Array) -> bool:
+    """Whether an event is past."""
+    for e in range(EVENTS):  # noqa: SIM110 - compiled
+        if g[e] > 0.0:
+            return True
+    return False
+
+
+@compiled(forceinline=True)
+def near(y: Array) -> bool:
+    """Whether a state has not run away."""
+    for m in range(len(y)):  # noqa: SIM110 - compiled
+        if not abs(y[m]) < FAR:
+            return False
+    return True
+
+
+@compiled(forceinline=True)
 def _begin(
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, u: Array, y: Array, twist: float, mode: Array, load_m: Array,
@@ -177,11 +203,10 @@ def _begin(
             y[STATE:own], y[own:], 0.0, out[STATE:own], out[own:], rates[0], before,
         )  # fmt: skip
         stays = True
-        for side in (MOTOR, LOAD):
-            if mode[side] == 0 and before[side] > 0.0:
-                loads = load_m if side == MOTOR else load
-                force = loads[DRIVE] + loads[EXTERNAL] - loads[FRICTION]
-                mode[side], stays = 1 if force > 0.0 else -1, False
+        if mode[MOTOR] == 0 and before[MOTOR] > 0.0:
+            mode[MOTOR], stays = _pulled(load_m), False
+        if mode[LOAD] == 0 and before[LOAD] > 0.0:
+            mode[LOAD], stays = _pulled(load), False
         if stays:
             return
 
@@ -239,7 +264,7 @@ def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                 fraction = max(SHRINK, SAFE * (AIM * tolerance / error) ** power)
             piece, ahead, fell_short, looks = fraction * share, np.inf, False, 0
             continue
-        past = g.max() > 0.0
+        past = _past(g)
         if past and not sharp:
             ahead, fell_short = share, False
             beyond[:] = g
@@ -250,7 +275,7 @@ def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
         y[:] = at
         twist = twist_left(c, mode[FLANK], twist, share * span)
         done += share
-        if not (np.abs(y).max() < 1e12):  # noqa: PLR2004
+        if not near(y):
             y[:] = np.nan
             return twist, piece, steps_left
         if past:

@@ -37,8 +37,8 @@ from .coupling import (
     coupling_force,
     relaxed_twist,
 )
-from .drive_force import driven
-from .drives import AXIS, EXTERNAL_FORCE
+from .drive_force import parts_driven
+from .drives import EXTERNAL_FORCE
 from .velocity import rubs
 
 #: The state: position and velocity of the motor and of the load.
@@ -181,7 +181,7 @@ def coupled_rates(
     external = u[EXTERNAL_FORCE]
     u[EXTERNAL_FORCE] = 0.0
     read = read_position(coupling, y[Q_M], y[Q])
-    mass, F, d, _ = driven(AXIS, c[MOTOR_ROW:], u, read, y[V_M], load_m)
+    mass, F, d, _ = parts_driven(c[MOTOR_ROW:], u, read, y[V_M], load_m)
     u[EXTERNAL_FORCE] = external
     load_m[EXTERNAL] -= T
     F, g[0] = _resisted(
@@ -189,9 +189,10 @@ def coupled_rates(
         y[V_M], F - d * y[V_M] - T,
     )  # fmt: skip
     rate[Q_M], rate[V_M] = y[V_M], F / mass
-    mass, F, d, _ = driven(AXIS, c[int(c[LOAD_ROW]) :], u, y[Q], y[V], load)
+    mass, F, d, _ = parts_driven(c[int(c[LOAD_ROW]) :], u, y[Q], y[V], load)
     F -= d * y[V]
-    if mode[LOAD] == 0 and not coupling.forward == coupling.backward == 1.0:
+    lossy = mode[LOAD_RUBS] == HELD_BRISTLES or not coupling.forward == coupling.backward == 1.0
+    if mode[LOAD] == 0 and lossy:
         up, down = T * coupling.forward, T * coupling.backward
         if T < 0.0:
             up, down = down, up
@@ -214,4 +215,5 @@ def twist_left(c: Array, flank: int, twist: float, span: float) -> float:
     """The twist of the spring after a span: it relaxes between the flanks."""
     if flank != FREE:
         return 0.0
-    return relaxed_twist(coupling_constants(c), twist, span)  # type: ignore[no-any-return]
+    coupling = coupling_constants(c)
+    return relaxed_twist(coupling, twist, span)  # type: ignore[no-any-return]

@@ -50,6 +50,15 @@ LOOP_MEMORY = SLOPES + 2
 
 
 @compiled(forceinline=True)
+def parts_driven(
+    c: Array, u: Array, q: float, v: float, load: Array
+) -> tuple[float, float, float, float]:
+    """What `driven` tells of an axis of parts."""
+    total = called(beginning(c), WHOLE, 0.0, q, v, beginning(u), beginning(load))
+    return c[0], total, load[DAMP], load[STIFF]
+
+
+@compiled(forceinline=True)
 def driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float, float]:
@@ -64,8 +73,7 @@ def driven(
     is to be nan.
     """
     if kind == AXIS:
-        total = called(beginning(c), WHOLE, 0.0, q, v, beginning(u), beginning(load))
-        return c[0], total, load[DAMP], load[STIFF]
+        return parts_driven(c, u, q, v, load)  # type: ignore[no-any-return]
     load[NORMAL], load[POSITION], load[TEMPERATURE] = u[NORMAL_LOAD], q, u[TEMPERATURE_NOW]
     e = u[SLIDE_COMMAND] - q
     k, k_hat = c[K_SPRING_M], c[K_HAT_M]

@@ -27,8 +27,7 @@ static void inputs(axis *a, double h)
 
 int axis_step(axis *a, double h)
 {
-    double coarse[AXIS_BRISTLES], half[AXIS_BRISTLES], fine[AXIS_BRISTLES];
-    double u[AXIS_PLACES_OF_INPUTS], n = ceil(h / a->r[AXIS_STEP] - 1e-9);
+    double room[AXIS_ROOM], n = ceil(h / a->r[AXIS_STEP] - 1e-9);
     static const int places[] = AXIS_PLACES;
     int i, passed;
     if (!(n <= AXIS_MOST_STEPS)) {
@@ -36,8 +35,7 @@ int axis_step(axis *a, double h)
     }
     inputs(a, h);
     passed = motion_advance(a->r + AXIS_LAW, a->c, a->u, held, n > 1.0 ? (int)n : 1, h,
-                            a->r[AXIS_TOLERANCE], a->at, a->z, coarse, half, fine, u, a->load,
-                            a->memory, a->last);
+                            a->r[AXIS_TOLERANCE], a->memory, a->mode, room);
     for (i = 0; i < AXIS_INPUTS; i++) { /* where a changing input has got to, it stays */
         a->r[AXIS_FIRST_INPUT + i] = a->u[2 * places[i] + 1];
         a->rate[i] = 0.0;
@@ -47,23 +45,17 @@ int axis_step(axis *a, double h)
 
 void axis_start(axis *a)
 {
-    double relaxed[AXIS_BRISTLES], u[AXIS_PLACES_OF_INPUTS];
-    a->at[0] = a->r[AXIS_POSITION_START];
-    a->at[1] = a->r[AXIS_VELOCITY_START];
+    double room[AXIS_ROOM];
     inputs(a, 0.0);
-    motion_start(a->r + AXIS_LAW, a->c, a->u, held, a->at, a->z, relaxed, u, a->load, a->memory,
-                 a->last);
+    motion_start(a->r + AXIS_LAW, a->c, a->u, held, a->r[AXIS_POSITION_START],
+                 a->r[AXIS_VELOCITY_START], a->memory, a->mode, room);
 }
 
 void axis_tell(axis *a)
 {
-    double out[AXIS_BRISTLES], u[AXIS_PLACES_OF_INPUTS];
+    double room[AXIS_ROOM];
     inputs(a, 0.0);
-    a->r[AXIS_FRICTION] = motion_friction(a->r + AXIS_LAW, a->c, a->u, held, a->at, a->z, out, u,
-                                          a->load);
-    a->r[AXIS_POSITION] = a->at[0];
-    a->r[AXIS_VELOCITY] = a->at[1];
-    a->r[AXIS_DRIVE_FORCE] = a->load[AXIS_DRIVE];
+    motion_tell(a->r + AXIS_LAW, a->c, a->u, held, a->memory, a->mode, room, a->r);
 }
 
 void axis_init(axis *a)

@@ -14,11 +14,8 @@ typedef struct {
     double rate[AXIS_INPUTS];         /* of inputs that change within a step, per second */
     double c[AXIS_WIDTH];             /* what the drive makes of its parameters */
     double u[2 * AXIS_PLACES_OF_INPUTS]; /* the inputs by their places, at both ends of a step */
-    double at[2];                     /* position and velocity */
-    double z[AXIS_BRISTLES];          /* states of the law */
-    double load[AXIS_LOADS];          /* what the law may depend on, and what the drive keeps */
-    double memory[AXIS_MEMORY];       /* of the stepper */
-    double last[AXIS_LOOP_MEMORY];    /* of a sampled controller */
+    double memory[AXIS_MEMORY];       /* its state, and what its stepper and controller remember */
+    int mode[AXIS_MODES];             /* where an axis of two masses rests, and its coupling is */
 } axis;
 
 /* The identified axis. */
