@@ -123,6 +123,21 @@ def test_speeds_that_the_log_has_not_are_known_less() -> None:
     assert np.median(half[2:6]) > 3 * max(half[0], half[-1])
 
 
+@pytest.mark.parametrize(
+    ("ends", "knots"),
+    [({"v_last": 1.0}, (5e-4, 1e-3)), ({"v_first": 300.0}, (0.3, 0.6))],
+)
+def test_an_end_that_is_set_keeps_the_other_on_its_side(
+    ends: dict[str, float], knots: tuple[float, float]
+) -> None:
+    """A last knot below the slowest motion, mm/s, or a first one beyond the fastest."""
+    fit = identify(foreign_log(), rig="forced", law="curve:5", fixed=ends)
+    assert knots_of(fit.parameters.law, fit.p)[[0, -1]] == pytest.approx(knots)
+    levels = [e for e in fit.estimates if e.name.startswith("F_")]
+    assert {e.verdict for e in levels[1:-1]}.isdisjoint({"identified"})
+    assert fit.warnings
+
+
 def test_select_holds_a_formula_against_the_free_curve() -> None:
     chosen = select([foreign_log()], rig="forced", laws=["coulomb-viscous"], folds=2)
     assert chosen.curve is not None

@@ -20,8 +20,8 @@ from ..uncertainty.covariance import quick_look
 from . import variable_projection
 from .regression import System
 
-#: The first knot is at this quantile of the speeds, the last at the fastest; and at most this share
-#: of it apart from it.
+#: The first knot is at this quantile of the speeds, the last at the fastest; and the first is at
+#: most at this share of the last.
 _SLOWEST, _APART = 0.01, 0.5
 #: Standard deviations of roughness that are tried, as shares of the greatest level: from a straight
 #: line to none at all.
@@ -43,8 +43,11 @@ def with_knots(system: System) -> System:
     if not fastest > 0.0:
         return system
     slowest = float(np.quantile(speeds[speeds > 0.0], _SLOWEST))
-    ends = {FIRST: min(slowest, _APART * fastest), LAST: fastest}
-    placed = {q.name: ends[q.name] for q in parameters.every if _as_declared(parameters, q.name)}
+    names = [q.name for q in parameters.every if _as_declared(parameters, q.name)]
+    last = fastest if LAST in names else parameters.fixed.get(LAST, fastest)
+    first = min(slowest, _APART * last) if FIRST in names else parameters.fixed.get(FIRST, 0.0)
+    ends = {FIRST: first, LAST: max(last, first / _APART)}
+    placed = {name: ends[name] for name in names}
     return System(parameters.holding(placed), system.logs) if placed else system
 
 
