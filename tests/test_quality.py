@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foreign import slide_bed
+from foreign import driven, slide_bed
 from foreign.friction import Curve
 from foreign.strokes import ramp as slide_bed_ramp
+from foreign.strokes import sines
+from stribeck import identify
 from stribeck.data import Quality, Recording, check, read
 from stribeck.space import Array
 
@@ -223,12 +225,35 @@ def test_emps_is_a_log_for_a_force_balance(name: str) -> None:
         "force": {"column": "vir", "factor": "gtau", "unit": "N"},
     }  # fmt: skip
     q = check(read(REAL / f"emps/{name}.mat", columns=columns))
-    sticking = "no stick-slip (no slip from rest to rest, stuck 2% of the time): breakaway and "
+    sticking = "no stick-slip (no slip from rest to rest, stuck 2% of the time): breakaway and the "
+    sliding = "drop after it are known as far as the axis slides slowly: a tenth of the moving "
+    slow = {"DATA_EMPS": "39.45", "DATA_EMPS_PULSES": "37.91"}[name]
     assert q.verdict == (
-        f"{sticking}Stribeck parameters cannot be identified",
+        f"{sticking}{sliding}time is below {slow} mm/s",
         "force measured: a force balance is possible (mass, Coulomb, viscous)",
         "command recorded: motion can be simulated from it",
     )
+
+
+@pytest.mark.parametrize(("seen", "words"), [
+    ({"force"}, "a tenth of the moving time is below"),
+    ({"command"}, "a tenth of the moving time is below"),
+    (set(), "breakaway and Stribeck parameters cannot be identified"),
+])  # fmt: skip
+def test_a_drop_that_slow_sliding_shows_is_not_denied(seen: set[str], words: str) -> None:
+    """A foreign slide under a controller does not stick, and its force shows F_S and v_SS."""
+    curve = Curve(40.0, 25.0, 60.0, 1e-2)
+    times, positions = sines(40.0, np.array([0.08]), np.array([0.31]))
+    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=1e-4)
+    m = driven.simulate(10.0, curve, curve, loop, times, positions)
+    x = m.position + 1e-6 * np.random.default_rng(3).standard_normal(len(m.t))
+    known = {"force": m.force, "command": np.interp(m.t, times, positions)}
+    q = check(Recording(m.t, x, **{name: known[name] for name in seen}))
+    assert verdict_contains(q, words)
+    if "force" in seen:
+        fit = identify(Recording(m.t, x, force=m.force), rig="forced", law="stribeck")
+        verdict = {e.name: e.verdict for e in fit.estimates}
+        assert verdict["F_S"] == verdict["F_C"] == "identified"
 
 
 def test_slips_are_not_called_a_ramp_of_force() -> None:

@@ -240,7 +240,7 @@ def check(
         presliding=tests.cycles,
         notes=recording.notes,
         faults=tuple(fault.sentence for fault in faults(recording)),
-        verdict=tuple(verdicts(recording, segments, tests)),
+        verdict=tuple(verdicts(recording, segments, tests, speeds[0])),
         rig=rig,
         rig_reason=reason,
     )

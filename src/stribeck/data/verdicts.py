@@ -54,20 +54,21 @@ class ForceTests:
         return "" if self.cycles is None else "cycles of force below breakaway"
 
 
-def verdicts(recording: Recording, segments: Segments, tests: ForceTests) -> list[str]:
+def verdicts(recording: Recording, segments: Segments, tests: ForceTests, slow: float) -> list[str]:
     """What a log is good enough for and what not.
 
     Args:
         recording: The log, mended.
         segments: Its strokes, rests and slips.
         tests: Its ramps and cycles of force.
+        slow: The speed that a tenth of the moving time stays below, m/s (rad/s).
     """
     tested = tests.of(len(segments.slips))
     sticky = not tested and _sticky(segments)
     coarse = "" if sticky or tested else _coarse(recording, segments)
     steady = "" if segments.slips or tested or coarse else _one_speed(recording)
     notes = [
-        _on_sticking(recording, segments, tested, coarse, sticky=sticky),
+        _on_sticking(recording, segments, tested, coarse, slow, sticky=sticky),
         _on_force(recording, segments, tested, coarse, steady=bool(steady)),
         _on_pressure(recording),
         _on_command(recording),
@@ -192,8 +193,9 @@ def _slips(recording: Recording, segments: Segments) -> str:
 
 
 def _on_sticking(
-    recording: Recording, segments: Segments, tested: str, coarse: str, *, sticky: bool
-) -> str:
+    recording: Recording, segments: Segments, tested: str, coarse: str, slow: float, *,
+    sticky: bool,
+) -> str:  # fmt: skip
     n, stuck = len(segments.slips), f"stuck {segments.stuck:.0%} of the time"
     if tested:
         after = f", then {_slips(recording, segments)}" if n else ", without slips"
@@ -208,23 +210,39 @@ def _on_sticking(
     if sticky:
         return (f"stick-slip present: {_slips(recording, segments)}, {stuck}: Stribeck parameters "
                 "can be identified by simulation")  # fmt: skip
-    return _on_few_slips(recording, segments, stuck)
+    return _on_few_slips(recording, segments, stuck, _slow_sliding(recording, segments, slow))
 
 
-def _on_few_slips(recording: Recording, segments: Segments, stuck: str) -> str:
+def _slow_sliding(recording: Recording, segments: Segments, slow: float) -> str:
+    """How far a log shows low speeds without stick-slip: by a force, or by a motion that is driven.
+
+    An axis that rests for long and does not slip shows hardly more than that it rests.
+    """
+    forced = recording.force is not None and bool(np.ptp(recording.force) > 0)
+    driven = recording.command is not None and segments.stuck <= _STICKY
+    if not (forced or driven):
+        return ""
+    return (
+        "breakaway and the drop after it are known as far as the axis slides slowly: a tenth of "
+        f"the moving time is below {shown(slow, recording.si_unit('velocity'))}"
+    )
+
+
+def _on_few_slips(recording: Recording, segments: Segments, stuck: str, sliding: str) -> str:
     n = len(segments.slips)
     if not n:
-        return (f"no stick-slip (no slip from rest to rest, {stuck}): breakaway and Stribeck "
-                "parameters cannot be identified")  # fmt: skip
+        known = sliding or "breakaway and Stribeck parameters cannot be identified"
+        return f"no stick-slip (no slip from rest to rest, {stuck}): {known}"
     if 2 * _steps(segments) < n:
         return (f"no stick-slip: {n} move{'s' * (n != 1)} from rest to rest, each about a whole "
                 "stroke: swings or single moves")  # fmt: skip
+    known = sliding or "Stribeck parameters will be weak at best"
     if n == 1:
         size = shown(abs(segments.slips[0].jump), recording.si_unit("position"))
-        return (f"no stick-slip: one move of {size} from rest to rest, not repeated, {stuck}: "
-                "Stribeck parameters will be weak at best")  # fmt: skip
-    return (f"hardly any stick-slip: {_slips(recording, segments)}, {stuck}: Stribeck parameters "
-            "will be weak at best")  # fmt: skip
+        return (
+            f"no stick-slip: one move of {size} from rest to rest, not repeated, {stuck}: {known}"
+        )
+    return f"hardly any stick-slip: {_slips(recording, segments)}, {stuck}: {known}"
 
 
 def _on_force(
