@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 def estimate_table(parameters: Parameters, estimates: Sequence[Estimate]) -> pl.DataFrame:
     """Name, value, 95 % interval, standard error, unit, verdict and its reason of each parameter.
 
-    An end that is not known, and those of a fixed parameter, are null. What the law itself holds
-    is left out.
+    `low_ended` and `high_ended` are why the interval ends there: at a `threshold`, that is by the
+    data, else at a `bound` of its search range, say, or at a guess (`budget`). An end that is not
+    known, and those of a fixed parameter, are null. What the law itself holds is left out.
     """
     import polars as pl  # noqa: PLC0415 - a tenth of a second that a fit need not pay
 
@@ -40,6 +41,9 @@ def estimate_table(parameters: Parameters, estimates: Sequence[Estimate]) -> pl.
             "unit": e.unit,
             "verdict": e.verdict,
             "reason": e.reason,
+            "low_ended": e.low_ended,
+            "high_ended": e.high_ended,
         })  # fmt: skip
     numbers = dict.fromkeys(("value", "low", "high", "standard_error"), pl.Float64)
-    return pl.DataFrame(rows, schema_overrides=numbers)
+    words = dict.fromkeys(("low_ended", "high_ended"), pl.String)
+    return pl.DataFrame(rows, schema_overrides=numbers | words)

@@ -166,6 +166,8 @@ class Fit:
     def table(self) -> pl.DataFrame:
         """Its parameters, a row each: value, interval, unit as the rig shows it, verdict, reason.
 
+        `low_ended` and `high_ended` are why an interval ends: by the data at a `threshold`.
+
         A frame of polars; `fit.table().to_pandas()` is one of pandas.
         """
         return estimate_table(self.parameters, self.estimates)
