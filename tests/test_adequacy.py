@@ -26,9 +26,9 @@ TRUTH = {"M": 10.0, "F_C": 20.0, "F_V": 60.0, "offset": 2.0}
 LABEL = 26
 #: What acts besides, words of its sentence, and of its advice.
 FAULTS = {
-    "square": (driven.Extras(square=150.0), "square of the speed", "narrower range of speeds"),
+    "square": (driven.Extras(square=150.0), "square of the speed", "law curve has none"),
     "cogging": (driven.Extras(cogging=4.0, cogging_period=0.031), "as cogging's", "+cogging"),
-    "spring": (driven.Extras(spring=100.0, spring_at=0.1), "as a spring's", "no rig here"),
+    "spring": (driven.Extras(spring=100.0, spring_at=0.1), "as a spring's", "[load.spring]"),
     "warming": (driven.Extras(warming=0.4, warming_time=4.0), "friction that drifts", "log the"),
     "wave": (driven.Extras(wave=0.3, wave_period=0.11), "along the travel", "+position"),
 }  # fmt: skip

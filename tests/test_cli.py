@@ -19,6 +19,7 @@ from command import Completed, caller
 from patience import PATIENCE
 from stribeck import LAWS, METHODS, RIGS, cli, read, read_card
 from stribeck.identify.polish import polish_run
+from stribeck.space import Array
 
 COMMAND = [sys.executable, "-m", "stribeck"]
 QUICK = ("--rig", "slide-bed", "--budget", "40", "--repeats", "2", "--seed", "3")
@@ -186,6 +187,24 @@ def test_validate_repeats_what_identify_found(stribeck_: Any, folder: Path) -> N
     command = ("validate", "fit/card.json", "up.csv", "--range", "112:295", "--range", "44:112")
     assert stribeck_(*command, "--max-error", loose).status == 0
     assert stribeck_(*command, "--max-error", tight).status == 1
+
+
+def test_validate_says_by_how_much_it_moves_a_log(stribeck_: Any, folder: Path) -> None:
+    """The delay of a card's own logs need not be that of others."""
+    t: Array = 0.005 * np.arange(2000)
+    x = 0.05 * np.sin(4.0 * t)
+    v, a = 0.2 * np.cos(4.0 * t), -0.8 * np.sin(4.0 * t)
+    force = 5.0 * a + 8.0 * np.sign(v) + 20.0 * v + 0.1 * np.random.default_rng(0).standard_normal(
+        len(t)
+    )  # fmt: skip
+    rows = np.column_stack([t, x, force])
+    np.savetxt(folder / "late.csv", rows, delimiter=",", header="t [s],x [m],F [N]", comments="")
+    options = ("--rig", "forced", "--law", "coulomb-viscous", "--delay", "6", "--no-figures")
+    assert stribeck_("identify", "late.csv", *options, "--out", "late").status == 0
+    told = stribeck_("validate", "late/card.json", "late.csv")
+    assert "taken to be 6 ms after the motion, as in the card's own logs" in told.err
+    quiet = stribeck_("validate", "late/card.json", "late.csv", "--delay", "0")
+    assert not quiet.err
 
 
 def test_a_simulated_motion_is_a_log(stribeck_: Any, folder: Path) -> None:

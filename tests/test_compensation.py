@@ -22,7 +22,13 @@ from stribeck.compensate.reference_motions import CYCLES, FAST, followed, refere
 from stribeck.compensate.scale_curve import MARGIN, Onset, ScaleCurve
 from stribeck.data.recording import Recording
 from stribeck.identify.pace import paced
-from stribeck.report.compensation_report import compensation_text, figure, times
+from stribeck.report.compensation_report import (
+    compensation_text,
+    figure,
+    sentences,
+    tables,
+    times,
+)
 from stribeck.rig.slide_bed import PUBLISHED, published_both
 from stribeck.rig.twin import TestBed
 
@@ -571,3 +577,14 @@ def test_the_legends_of_the_figure_stay_in_it() -> None:
         box = legend.get_window_extent()
         assert 0 <= box.x0 < box.x1 <= width
         assert 0 <= box.y0 < box.y1 <= height
+
+
+def test_a_scale_that_is_worse_than_none_is_told_where_no_sign_of_too_much_is() -> None:
+    """A quarter of the friction that the card believes rubs on the worst axis."""
+    result = compensate(robot((0.2, None, None), F_C=4.0, F_C_low=1.0), mode="reference", speed=0.5)
+    assert only(result, "reference").onset is None
+    (told,) = [s for s in sentences(result) if s.startswith("reference:")]
+    assert told.startswith("reference: no sign of too much up to scale 1.3, but worse than without")
+    named = told.partition(" at ")[2].split(", ")
+    marked = [row[0].text for row in tables(result)[0].rows if "!" in row[2].text]
+    assert marked == named

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from foreign import driven, friction
+from foreign import driven, friction, strokes
 from stribeck import InputError, select
 from stribeck.data.recording import Recording
-from stribeck.identify.selection.paired_test import MATERIAL, paired
+from stribeck.identify.selection.findings import Finding
+from stribeck.identify.selection.paired_test import MATERIAL, Paired, paired
 from stribeck.rig.forced import FORCED
 from test_select_truth import FIXED, LADDER, swings
 from test_select_truth import log as balanced_log
@@ -112,3 +113,25 @@ def test_a_default_range_does_not_hold_a_law() -> None:
     assert not any(c.range_ends for c in selection.candidates)
     values = {e.name: e.value for e in selection.fit.estimates}
     assert values["F_C"] == pytest.approx(20.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("square", "falls"), [(300.0, False), (0.0, True)])
+def test_a_drop_that_only_bends_the_curve_is_told(square: float, falls: bool) -> None:
+    """Friction that grows with the square of the speed, least at rest; and one with a true drop."""
+    rest = 45.0 if falls else 30.0
+    curve = friction.Curve(rest, 30.0, 60.0, 0.02)
+    t, x = strokes.sines(40.0, np.array([0.08, 0.03, 0.004]), np.array([0.31, 0.83, 2.3]))
+    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=1e-4)
+    motion = driven.simulate(10.0, curve, curve, loop, t, x, driven.Extras(square=square))
+    force = motion.force + 0.3 * np.random.default_rng(1).standard_normal(len(motion.t))
+    log = Recording(t=motion.t[::4], position=motion.position[::4], force=force[::4])
+    selection = select(log, rig="forced", laws=["coulomb-viscous", "stribeck"])
+    assert selection.candidates[selection.chosen].name == "stribeck"
+    told = [s for s in selection.sentences if "stands for another bend" in s]
+    assert bool(told) is not falls
+
+
+def test_a_change_for_the_better_has_no_sign() -> None:
+    better = Paired(-0.18, float("nan"), float("nan"), float("nan"), 2, friction=0.001)
+    text = Finding("stribeck", "coulomb-viscous", "stribeck", 0.01, better, warranted=False).text
+    assert "the held-out error is 18 % less without it" in text

@@ -14,7 +14,6 @@ from .completions import rig_names, target_names
 from .exits import fail, show_files
 from .inputs import (
     CardFile,
-    DelayText,
     Json,
     Logs,
     above_zero,
@@ -36,7 +35,7 @@ def validate(
     logs: Logs,
     range_: Annotated[list[str] | None, typer.Option("--range", metavar="A:B", help="Positions or times; all by default.")] = None,
     max_error: Annotated[float | None, typer.Option(metavar="X", help="Exit with status 1 above this error; no limit by default.")] = None,
-    delay: DelayText = "auto",
+    delay: Annotated[str, typer.Option(metavar="auto|off|MS", help="By how many ms the force (or command) is after the motion; auto takes what the card says of its own logs.")] = "auto",
     json: Json = False,
     reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:  # fmt: skip
@@ -54,6 +53,12 @@ def validate(
     rows = validated(written, recordings, range_ or None, delay=late)
     for sentence in untrained_directions(written, recordings, range_ or None):
         typer.echo(f"warning: {sentence}", err=True)
+    if late == "auto" and written.delay:
+        typer.echo(
+            f"note: the force (or command) is taken to be {1e3 * written.delay:.4g} ms after the "
+            "motion, as in the card's own logs: --delay says otherwise",
+            err=True,
+        )
     for log, _, score in rows:
         if not math.isfinite(score.value):
             raise InputError(f"{card}: its values cannot be simulated on {log}: check the card")

@@ -28,7 +28,7 @@ _OF_STROKE = 0.5
 #: Below so many steps (or widths of the noise) of the sensor in all, travel gives no velocity;
 #: below so many it does not show presliding either.
 _TRAVEL, _NOTHING = 200, 10
-#: A force balance sees little of an axis that rests for this share of the time.
+#: Little is seen of an axis that rests for this share of the time.
 _RESTS = 0.5
 
 
@@ -216,11 +216,11 @@ def _on_sticking(
 def _slow_sliding(recording: Recording, segments: Segments, slow: float) -> str:
     """How far a log shows low speeds without stick-slip: by a force, or by a motion that is driven.
 
-    An axis that rests for long and does not slip shows hardly more than that it rests.
+    An axis that rests most of the time and does not slip shows hardly more than that it rests.
     """
     forced = recording.force is not None and bool(np.ptp(recording.force) > 0)
-    driven = recording.command is not None and segments.stuck <= _STICKY
-    if not (forced or driven):
+    moved = recording.command is not None and segments.stuck <= _RESTS
+    if not (forced or moved):
         return ""
     return (
         "breakaway and the drop after it are known as far as the axis slides slowly: a tenth of "

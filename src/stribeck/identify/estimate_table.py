@@ -44,6 +44,6 @@ def estimate_table(parameters: Parameters, estimates: Sequence[Estimate]) -> pl.
             "low_ended": e.low_ended,
             "high_ended": e.high_ended,
         })  # fmt: skip
-    numbers = dict.fromkeys(("value", "low", "high", "standard_error"), pl.Float64)
-    words = dict.fromkeys(("low_ended", "high_ended"), pl.String)
-    return pl.DataFrame(rows, schema_overrides=numbers | words)
+    types: dict[str, Any] = dict.fromkeys(("value", "low", "high", "standard_error"), pl.Float64)
+    types |= dict.fromkeys(("low_ended", "high_ended"), pl.String)
+    return pl.DataFrame(rows, schema_overrides=types)

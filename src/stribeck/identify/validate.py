@@ -98,10 +98,12 @@ def untrained_directions(
         for r in ranges_or_all(within, rig):
             if directions_of(segments([log], rig, r)) - directions:
                 extent = "as a whole" if r is None else f"over {r.text}"
+                alone = not directions_of(segments([log], rig, r)) & directions
+                which = "" if r is not None else f": {option('within')} tells which part"
                 sentences.append(
-                    f"{log.label} {extent} also runs the other way than the card was trained on "
-                    f"({trained.low:.4g} to {trained.high:.4g} {trained.unit}): "
-                    f"{option('within')} tells which part"
+                    f"{log.label} {extent} {'' if alone else 'also '}runs the other way than the "
+                    f"card was trained on ({trained.low:.4g} to {trained.high:.4g} "
+                    f"{trained.unit}){which}"
                 )
     return sentences
 

@@ -38,7 +38,7 @@ _LINES = {"reference": "-", "crossover": "-", "feedback": (0, (5, 2))}
 
 
 #: What the marks in the table of scales mean.
-LEGEND = "→ best   ! shows a sign of too much   · nearer than the margin to one that does"
+LEGEND = "→ best   ! a sign of too much, or worse than without   · nearer than the margin to such"
 
 
 def show_compensation(compensation: Compensation) -> None:
@@ -225,7 +225,10 @@ def _slide(s: Sliding, speed: float, written: str) -> str:
 
 def _too_much(curve: ScaleCurve, margin: float) -> str:
     if curve.onset is None:
-        return f"{curve.mode}: no sign of too much up to scale {curve.scales[-1]:.4g}"
+        head = f"{curve.mode}: no sign of too much up to scale {curve.scales[-1]:.4g}"
+        worse = curve.scales[(curve.scales > 0) & (curve.worst > 1.0)]
+        at = ", ".join(f"{s:.4g}" for s in worse)
+        return f"{head}, but worse than without on an axis at {at}" if len(worse) else head
     o = curve.onset
     return (
         f"{curve.mode}: too much from scale {o.scale:.4g}, where the axis {o.sign} "

@@ -181,13 +181,16 @@ def _of_position(parameters: Parameters, effect: Effect) -> str:
         return _term(parameters, "cogging")
     if parameters.rig.name == "forced-rotary":
         return "if that is a weight, use rig forced-pendulum"
-    if effect.pattern == "slope" and parameters.rig.approach == "output_error":
-        return (
-            "if that is a spring, compose the axis with one ([load.spring], `stribeck rigs --new`)"
-        )
-    return (
-        f"no rig here has that; take it off the force, or train on less travel ({option('train')})"
-    )
+    less = f"take it off the force, or train on less travel ({option('train')})"
+    return _of_spring(parameters, less) if effect.pattern == "slope" else less
+
+
+def _of_spring(parameters: Parameters, otherwise: str) -> str:
+    """What holds a force that goes with the position."""
+    spring = "if that is a spring, compose the axis with one ([load.spring], `stribeck rigs --new`)"
+    if parameters.rig.approach == "output_error":
+        return spring
+    return f"{spring} that the force drives; else {otherwise}"
 
 
 def _bears_load(parameters: Parameters) -> bool:
@@ -206,7 +209,7 @@ def _of_speed(parameters: Parameters, effect: Effect) -> str:
     if effect.pattern == "drop" and stem in _WITH_DROP:
         return f"use law {law.replace(stem, _WITH_DROP[stem])}"
     if effect.pattern == "square":
-        return f"no law here has that; train on a narrower range of speeds ({option('train')})"
+        return _of_squares(parameters)
     if stem.startswith("stribeck") and not stem.startswith("stribeck-free"):
         directional = "-directional" * stem.endswith("-directional")
         return f"try law stribeck-free{directional}, or `stribeck select`"
@@ -214,6 +217,16 @@ def _of_speed(parameters: Parameters, effect: Effect) -> str:
         # Their rows are not those of static laws, so that `select` refuses them.
         return f"try another law with states, and hold each against {option('holdout')}"
     return "compare laws with `stribeck select`"
+
+
+def _of_squares(parameters: Parameters) -> str:
+    """What holds a force that grows with the square of the speed."""
+    law, narrower = parameters.law, f"train on a narrower range of speeds ({option('train')})"
+    if law.roughness is not None:
+        return f"take more knots ({law.name.partition(':')[0]}:24), or {narrower}"
+    if parameters.rig.approach == "force_balance" and law.static and not law.loads:
+        return f"no formula here has that; law curve{'-directional' * law.directional} has none"
+    return f"no law here has that; {narrower}"
 
 
 def _term(parameters: Parameters, term: Term) -> str:

@@ -64,7 +64,7 @@ class Finding:
         if moved <= MATERIAL:
             return (
                 f"{head}not warranted. It moves the friction by {percent(moved)} at most within "
-                f"the motion of the log; the held-out error is {change} "
+                f"the motion of the log; the held-out error is {percent(abs(self.held.change))} "
                 f"{'greater' if self.held.change >= 0 else 'less'} without it ({pair})."
             )
         if self.held.change > MARGIN:
@@ -197,7 +197,7 @@ def _recommendation(laws: Sequence[Candidate], recommended: int, best: int) -> s
         )
     return (
         f"{chosen.name} is recommended: the simplest law whose held-out error is not worse than "
-        f"the best's ({top.name}: {percent(chosen.against.change)} between them)."
+        f"the best's ({top.name}: {percent(abs(chosen.against.change))} between them)."
     )
 
 

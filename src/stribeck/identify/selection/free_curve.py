@@ -22,6 +22,7 @@ from ..balance.curve_prior import chord_errors
 from ..balance.regression import System
 from ..parameters import partition
 from ..uncertainty.covariance import HALF_WIDTH
+from .nesting import ingredients
 
 if TYPE_CHECKING:
     from ..balance.balance import Balance
@@ -29,6 +30,11 @@ if TYPE_CHECKING:
 
 #: A difference below this share of the friction is none.
 WITHIN = 0.03
+#: What is said of a law with a drop where the free curve has none.
+_BENT = (
+    " The curve nowhere falls with speed by more than its errors: what the law has as a drop from "
+    "rest stands for another bend, and its levels are none of the axis's."
+)
 #: So many stretches of speeds are told of, those of the greatest differences.
 TOLD = 3
 
@@ -117,13 +123,29 @@ def _sentence(trained: TrainedLaw, curve: Balance, knots: list[Knot]) -> str:
     )
     ordered = sorted(knots, key=lambda k: k.speed)
     runs = [list(run) for off, run in groupby(ordered, key=lambda k: k.differs) if off]
+    bent = "" if _falls(knots) or not _drops(trained) else _BENT
     if not runs:
-        return f"{head} at every speed."
+        return f"{head} at every speed.{bent}"
     runs.sort(key=lambda run: -max(abs(k.difference) for k in run))
     shown = unit(trained.parameters.rig.unit_shown("velocity"))
     places = [_place(run, ordered, shown) for run in runs[:TOLD]]
     more = f" and {len(runs) - TOLD} more" if len(runs) > TOLD else ""
-    return f"{head} but {', '.join(places)}{more}."
+    return f"{head} but {', '.join(places)}{more}.{bent}"
+
+
+def _drops(trained: TrainedLaw) -> bool:
+    """Whether a law has a level at rest above that at speed."""
+    return "stribeck" in ingredients(trained.parameters.law, trained.parameters.names)
+
+
+def _falls(knots: list[Knot]) -> bool:
+    """Whether friction is less at a knot than at a slower one, beyond what the data leave open."""
+    return any(
+        slow.low > fast.high
+        for slow in knots
+        for fast in knots
+        if slow.speed * fast.speed > 0.0 and abs(slow.speed) < abs(fast.speed)
+    )
 
 
 def _place(run: list[Knot], ordered: list[Knot], shown: Unit) -> str:
