@@ -26,6 +26,15 @@ def stick_slip_log() -> Recording:
     return Recording(T, 0.02 * ((k // 400) + np.clip((k % 400 - 360) / 40, 0, 1)), 0.005 * T)
 
 
+def test_where_a_force_is_measured_an_axis_that_moves_half_the_time_is_balanced() -> None:
+    k: Array = np.arange(len(T), dtype=float)
+    steps = (k // 400) + np.clip((k % 400 - 180) / 220, 0, 1)
+    force = 10.0 + np.random.default_rng(0).standard_normal(len(T))
+    for share, rig in ((steps, "forced"), (stick_slip_log().position / 0.02, "slide-bed")):
+        assert check(Recording(T, 0.02 * share, 0.005 * T, force=force)).rig == rig
+        assert check(Recording(T, 0.02 * share, 0.005 * T)).rig == "slide-bed"
+
+
 def verdict_contains(quality: Quality, words: str) -> bool:
     return any(words in line for line in quality.verdict)
 

@@ -94,9 +94,10 @@ def likely_rig(recording: Recording, segments: Segments, tests: ForceTests) -> t
     measured = recording.force is not None and bool(np.ptp(recording.force) > 0)
     if tested:
         return f"presliding{turned}", tested
-    if sticky and not recording.rotary:
+    balanced = measured and not _by_position(recording)
+    if sticky and not recording.rotary and not (balanced and segments.stuck <= _RESTS):
         return "slide-bed", f"stick-slip, {_slips(recording, segments)}"
-    if measured and not _by_position(recording):
+    if balanced:
         if coarse := _coarse(recording, segments):
             return f"presliding{turned}", f"force measured, {coarse}"
         pressed = recording.pressure is not None and not recording.rotary
