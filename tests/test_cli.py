@@ -191,7 +191,7 @@ def test_validate_repeats_what_identify_found(stribeck_: Any, folder: Path) -> N
 
 def test_validate_says_by_how_much_it_moves_a_log(stribeck_: Any, folder: Path) -> None:
     """The delay of a card's own logs need not be that of others."""
-    t: Array = 0.005 * np.arange(2000)
+    t: Array = np.arange(2000, dtype=float) * 0.005
     x = 0.05 * np.sin(4.0 * t)
     v, a = 0.2 * np.cos(4.0 * t), -0.8 * np.sin(4.0 * t)
     force = 5.0 * a + 8.0 * np.sign(v) + 20.0 * v + 0.1 * np.random.default_rng(0).standard_normal(

@@ -35,6 +35,18 @@ def test_where_a_force_is_measured_an_axis_that_moves_half_the_time_is_balanced(
         assert check(Recording(T, 0.02 * share, 0.005 * T)).rig == "slide-bed"
 
 
+@pytest.mark.parametrize(("amplitude", "doubted"), [(2e-4, True), (2e-2, False)])
+def test_a_balance_of_a_travel_before_breakaway_is_doubted(amplitude: float, doubted: bool) -> None:
+    """Sines whose force goes with the direction, as bristles' does once they have turned."""
+    t: Array = np.arange(1200, dtype=float) * 0.01
+    x, way = amplitude * np.sin(2.0 * t), np.sign(np.cos(2.0 * t))
+    force = 10.0 * way + 0.01 * np.random.default_rng(0).standard_normal(len(t))
+    q = check(Recording(t, x, force=force))
+    assert q.rig == "forced"
+    assert verdict_contains(q, "0.4 mm may lie before breakaway") is doubted
+    assert verdict_contains(q, "as far as the axis slides slowly") is not doubted
+
+
 def verdict_contains(quality: Quality, words: str) -> bool:
     return any(words in line for line in quality.verdict)
 

@@ -48,7 +48,7 @@ _COMPLIANT, _BEGINNING = 100.0, (0.1, 0.5)
 #: Cycles: fewest, how alike their peaks, and how far force and position go together.
 _CYCLES, _ALIKE, _SPRING = 2, 0.1, 0.6
 #: Presliding is a matter of micrometres and milliradians.
-_PRESLIDING = {False: 1e-3, True: 0.02}
+PRESLIDING = {False: 1e-3, True: 0.02}
 #: A log without sliding travels no more than five times that.
 STILL = {False: 5e-3, True: 0.1}
 
@@ -178,7 +178,7 @@ def presliding(recording: Recording) -> Presliding | None:
     period = 2 * float(np.median(np.diff(recording.t[at])))
     settled = recording.t >= recording.t[0] + period
     travel = float(np.ptp(x[settled]))
-    if not 0 < travel <= _PRESLIDING[recording.rotary]:
+    if not 0 < travel <= PRESLIDING[recording.rotary]:
         return None
     if np.corrcoef(u[settled], x[settled])[0, 1] < _SPRING:
         return None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .breakaway import STILL, Breakaway, Presliding
+from .breakaway import PRESLIDING, STILL, Breakaway, Presliding
 from .force_channel import EXACT, both_ways, force_left_out, spikes
 from .gate import faults
 from .gate.fault import shown
@@ -221,12 +221,17 @@ def _slow_sliding(recording: Recording, segments: Segments, slow: float) -> str:
     """
     forced = recording.force is not None and bool(np.ptp(recording.force) > 0)
     moved = recording.command is not None and segments.stuck <= _RESTS
-    if not (forced or moved):
+    if _before_breakaway(recording) or not (forced or moved):
         return ""
     return (
         "breakaway and the drop after it are known as far as the axis slides slowly: a tenth of "
         f"the moving time is below {shown(slow, recording.si_unit('velocity'))}"
     )
+
+
+def _before_breakaway(recording: Recording) -> bool:
+    """Whether the whole travel is no more than bristles may give way."""
+    return float(np.ptp(recording.position)) <= PRESLIDING[recording.rotary]
 
 
 def _on_few_slips(recording: Recording, segments: Segments, stuck: str, sliding: str) -> str:
@@ -270,6 +275,12 @@ def _on_force(
         doubts.append(f"{spiky:.0%} of its variance is spikes: expect wide intervals")
     if segments.stuck > _RESTS:
         doubts.append(f"the axis rests {segments.stuck:.0%} of the time, where it says nothing")
+    if _before_breakaway(recording):
+        travel = shown(float(np.ptp(recording.position)), recording.si_unit("position"))
+        doubts.append(
+            f"the whole travel of {travel} may lie before breakaway, where a law with states is "
+            "needed (lugre, gms:2)"
+        )
     but = f", but {' and '.join(doubts)}" if doubts else ""
     return f"force measured: a force balance is possible ({known}){but}"
 
