@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from .axis_table import ROLES
 from .composed import INPUT_COLUMNS, check_roles
 from .parts import Coefficient, Part
+from .parts.axis_of_parts import in_units
 from .two_masses import two_masses
 
 #: What the inputs of an axis are, beside its channels.
@@ -37,7 +38,8 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
     Raises:
         InputError: parts that make no axis.
     """
-    check_roles("axis", tuple(parts), rotary)
+    parts = in_units(parts, rotary=rotary)
+    check_roles("axis", parts, rotary)
     lines = [
         "# An axis of parts. A coefficient is a number (exact), text with a tolerance such as",
         '# "12±4" or "12 nameplate", { free = [low, high] } to be identified within a range, or',
@@ -49,7 +51,7 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
     for role in ROLES:
         for part in parts:
             if part.role == role:
-                lines += ["", *_part(part, rotary)]
+                lines += ["", *_part(part)]
     if two_masses(parts):
         lines += ["", "[friction]", *_SIDES]
     lines += ["", "# Columns of the logs that say more than the channels do.", "[inputs]"]
@@ -62,14 +64,13 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _part(part: Part, rotary: bool) -> Iterable[str]:
+def _part(part: Part) -> Iterable[str]:
     """The table of a part: what it is, its equation, and its coefficients."""
     yield f"[{part.role}.{part.name}]  # {part.doc}"
     yield f"# {part.equation}"
     for c in part.coefficients:
         stated = f"{c.name} = {_value(c)}"
-        unit = c.written(rotary)
-        words = f"{c.doc}{f', in {unit}' if unit else ''}"
+        words = f"{c.doc}{f', in {c.unit}' if c.unit else ''}"
         yield (
             f"{stated:<{_WIDTH}}# {words}"
             if c.idle is None
