@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..constant import Constant
+
 
 @dataclass(frozen=True)
 class Input:
@@ -41,6 +43,7 @@ class Equation:
             by name. Plain arithmetic: of floats, of arrays, or of symbols of another language.
         drive_doc: What the force of the drive is.
         own_step: Whether the rig's constant `step` is short enough for any law.
+        further: What it reads that a rig takes of each log and a simulator has to be told.
     """
 
     drive: int
@@ -50,3 +53,4 @@ class Equation:
     coefficients: Callable[[Mapping[str, Any]], Sequence[Any]]
     drive_doc: str = "what the drive does to the axis"
     own_step: bool = False
+    further: tuple[Constant, ...] = ()

@@ -402,7 +402,7 @@ class Rig:
         return replace(param, lower=lower, upper=upper, log=param.log and lower > 0, unit=written)
 
     def _si_unit_of(self, param: Param) -> str:
-        """The SI unit of a parameter that a law, or this kind of rig, declares for a linear axis."""
+        """The SI unit of a parameter, which is declared with that of a linear axis."""
         return _ROTARY.get(param.unit, param.unit) if self.rotary else param.unit
 
     def _constants(self) -> str:

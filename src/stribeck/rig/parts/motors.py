@@ -17,7 +17,8 @@ _ARMATURE = Coefficient(
 _FRICTION = Coefficient("F_fm", "N", "Coulomb friction of the motor, at the load", 0.0, 0.0, 1e4,
                         rotary="N m", least=0.0)  # fmt: skip
 _TORQUE_CONSTANT = Coefficient("k_t", "N/A", "force per ampere", lower=1e-4, upper=1e3, log=True,
-                               rotary="N m/A", positive=True, symbol="k_t", at_motor=True)  # fmt: skip
+                               rotary="N m/A", positive=True, symbol="k_t",
+                               at_motor=True)  # fmt: skip
 _CURRENT_LIMIT = Coefficient("I_max", "A", "largest current", np.inf,
                              positive=True)  # fmt: skip
 
