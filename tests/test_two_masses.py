@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from foreign import two_masses as plain_steps
-from stribeck import LAWS, Fit, InputError, compensate, export, identify
+from stribeck import LAWS, Fit, InputError, Recording, compensate, export, identify
 from stribeck.rig.axis_table import composed_axis
+from stribeck.rig.motion.track import Track
 from stribeck.rig.simulated import as_simulated
+from stribeck.rig.two_masses import TwoMassRig
 from stribeck.space import Array
 from two_mass_axes import FORCE, GAINS, GOAL, SERVO, moved, rig_of, started, t
 
@@ -237,6 +239,11 @@ def test_what_moves_one_mass_refuses_two(two_encoders: Fit) -> None:
          "an axis has one transmission, this one 2"),
         ('motor_position = "shaft"', 'motor_position = "rotor"',
          "reads both sides, and there is no column 'rotor'"),
+        ("per_load = 628318.5307", 'per_load = "628318±10"', "per_load has no tolerance: give a"),
+        ("per_load = 628318.5307", 'zero = { column = "shaft", value = 0.0 }',
+         "zero: no column of a log: give a number"),
+        ("[sensor.load]", "", "per_load: it scales a second position, and without .sensor.load."),
+        ("per_load = 628318.5307\n[sensor.load]", "zero = 0.3", "zero: it is between two encoders"),
         ("[inputs]", '[inputs]\nlamp = "x"', "no input 'lamp': there are .*motor_position"),
     ],
 )  # fmt: skip
@@ -248,6 +255,41 @@ def test_what_makes_no_axis_of_two_masses_is_refused(
     with pytest.raises(InputError, match=message) as refusal:
         identify(log, rig=str(axis_file), repeats=1, budget=50)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_head_with_a_unit_of_which_nobody_speaks_is_refused() -> None:
+    """The motor's position is read as it is written, in proportion to `per_load`."""
+    still = np.zeros(len(t))
+    shown = {"q_m [mm]": 1e3 * FORCE}
+    log = Recording(t=t, position=still, command=still, extra=shown)
+    inputs = {"motor_position": "q_m [mm]"}
+    silent, stated = (
+        rig_of(SERVO | GAINS, sensor={"motor": motor, "load": {}}, inputs=inputs)
+        for motor in ({}, {"per_load": 1000.0})
+    )
+    with pytest.raises(InputError, match=r"read as it is written: .* per_load = 1000, times"):
+        rig_track(silent, log)
+    _, motor = stated.readings(rig_track(stated, log), log, slice(0, len(t)))
+    np.testing.assert_allclose(motor.measured, FORCE)
+
+
+def rig_track(rig: TwoMassRig, log: Recording) -> Track:
+    return rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))
+
+
+def test_a_position_of_the_motor_is_scaled_and_then_shifted() -> None:
+    """What `rigs --parts` says of it is what a log is read by."""
+    still = np.zeros(len(t))
+    motor = {"per_load": 5.0, "zero": 0.01}
+    rig = rig_of(SERVO | GAINS, sensor={"motor": motor, "load": {}})
+    shown = 5.0 * (still + 0.01)
+    log = Recording(t=t, position=still, command=still, extra={"motor_position": shown})
+    reading = rig_track(rig, log).reading
+    assert reading.ahead == pytest.approx(0.0, abs=1e-12)
+    assert reading.zero == pytest.approx(0.01)
+    (equation,) = (p.equation for p in rig.parts if (p.role, p.name) == ("sensor", "motor"))
+    shows = equation.partition("=")[2].replace(" (", " * (").strip()
+    assert eval(shows, {}, motor | {"q_m": 0.0}) == pytest.approx(shown[0])  # noqa: S307 - of a part
 
 
 @pytest.mark.parametrize(
