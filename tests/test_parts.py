@@ -373,3 +373,17 @@ def test_a_quantity_has_the_unit_of_its_axis(text: str, units: dict[str, str]) -
     assert {name: shown[name] for name in units} == units
     values = {c.name: c.value for c in rig.constants}
     assert values["armature"] == table["motor"].popitem()[1]["armature"]
+
+
+def test_a_controller_without_it_does_not_take_the_velocity_of_the_command() -> None:
+    """A damped one brakes by the velocity of the axis alone, whatever columns its log has."""
+    goal = 0.1 * GOAL
+    table = {"controller": {"damped": {"kp": 2e3, "kd": 300.0}}, "load": {"mass": {"M": 5.0}}}
+    rig = as_simulated(composed_axis(table | {"law": "coulomb-viscous"}, "axis"))
+    still, p = np.zeros(len(t)), np.array([[20.0, 30.0]])
+    plain, said = (
+        rig.simulate(LAW, p, Recording(t=t, position=still, command=goal, extra=extra)).position
+        for extra in ({}, {"command_velocity": np.gradient(goal, t)})
+    )
+    assert np.ptp(plain) > 0.01
+    np.testing.assert_array_equal(plain, said)

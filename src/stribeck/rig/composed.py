@@ -144,6 +144,8 @@ class ComposedRig(SteppedRig):
             for name, column in self.input_columns.items()
             if column in recording.extra
         }
+        if not any(p.takes_velocity for p in self.parts):
+            given.pop("goal_velocity", None)
         if recording.known_force is not None:
             given["external"] = given.get("external", 0.0) - recording.known_force.values
         if not self.commanded:
@@ -267,7 +269,7 @@ class ComposedRig(SteppedRig):
         if not self.commanded:
             return (Input(self.demand, asked, "of the drive", ADDED),)
         inputs = [Input("command", position, "commanded position", GOAL)]
-        if any(p.follows_velocity for p in self.parts):
+        if any(p.takes_velocity for p in self.parts):
             inputs.append(Input("command_velocity", speed, "its velocity", GOAL_VELOCITY))
         inputs += [
             Input("feed_forward", asked, "added to what the controller asks for", FEED_FORWARD),

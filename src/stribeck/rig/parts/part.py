@@ -149,8 +149,8 @@ class Part:
             a unit of position, and these amplitudes at the load.
         slot: Where it acts; by default where its role does, a load by its position alone.
         commanded: Whether it needs a commanded position.
-        follows_velocity: Whether it needs the command's velocity, too, which is the command's
-            slope where a log has none.
+        takes_velocity: Whether it takes the command's velocity, too; none where a log has none.
+        follows_velocity: Whether it needs that, which is the command's slope where a log has none.
         drive: What a log has to tell where there is no controller: "force", "current" or
             "voltage"; empty for what is no motor.
         rotary: Whether it is of rotary axes alone (True), of linear ones (False), or of both.
@@ -168,6 +168,7 @@ class Part:
     wave: tuple[str, str, str] | None = None
     slot: Slot | None = None
     commanded: bool = False
+    takes_velocity: bool = False
     follows_velocity: bool = False
     drive: str = ""
     rotary: bool | None = None
