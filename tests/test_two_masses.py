@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ import numpy as np
 import pytest
 
 from foreign import two_masses as plain_steps
+from joint_models import model_of
 from stribeck import LAWS, Fit, InputError, Recording, compensate, export, identify
+from stribeck.compensate.compensation import around
 from stribeck.rig.axis_table import composed_axis
 from stribeck.rig.motion.track import Track
 from stribeck.rig.simulated import as_simulated
@@ -302,3 +305,61 @@ def test_a_position_of_the_motor_is_scaled_and_then_shifted() -> None:
 def test_an_axis_of_one_mass_has_no_sides(extra: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         composed_axis({"load": {"mass": {"M": 1.0}}} | extra, "axis")
+
+
+@pytest.mark.parametrize(("ratio", "rotary"), [(1.0, False), (50.0, False), (50.0, True)])
+def test_what_is_said_to_make_one_mass_of_two_does(ratio: float, rotary: bool) -> None:
+    table: dict[str, Any] = {
+        "rotary": rotary,
+        "law": "coulomb-viscous",
+        "ranges": {"F_C": [0, 9], "F_C_motor": [0, 9]},
+        "controller": {"damped": GAINS},
+        "motor": {"force": {"armature": 2.0}},
+        "transmission": {"compliant": {"stiffness": {"free": [1e4, 1e7]}, "ratio": ratio}},
+        "load": {"mass": {"M": 5.0}},
+        "sensor": {"motor": {}, "load": {}},
+        "friction": {"side": "both"},
+        "inputs": {"motor_position": "shaft", "external": "push"},
+    }
+    rig = composed_axis(table, "axis")
+    with pytest.raises(InputError, match="two masses, and a compensation is tried on") as refusal:
+        around(rig, None)
+    said = str(refusal.value)
+    stated = re.search(r"\[transmission\.(\w+)\](?: with (\w+) = ([\d.]+))? for", said)
+    assert stated is not None
+    coefficients = {stated[2]: float(stated[3])} if stated[2] else {}
+    table["transmission"] = {stated[1]: coefficients}
+    _, _, leave = said.partition("leave out ")
+    for side in re.findall(r"\[sensor\.(\w+)\]", leave):
+        del table["sensor"][side]
+    for word in re.findall(r"\[inputs\] (\w+)", leave):
+        del table["inputs"][word]
+    for name in re.findall(r"(\w+_motor)\b", leave.partition("ranges of ")[2]):
+        del table["ranges"][name]
+    if "[friction]" in leave:
+        del table["friction"]
+    one = composed_axis(table, "axis")
+    assert not isinstance(one, TwoMassRig)
+    values = {c.name: c.value for c in one.constants}
+    assert one.coefficients(values)[0] == pytest.approx(5.0 + 2.0 * ratio**2)
+
+
+@pytest.mark.parametrize("side", ["both", "load", "motor"])
+@pytest.mark.parametrize("target", ["c", "st", "plcopen", "matlab", "modelica", "table"])
+def test_files_of_a_law_say_whose_friction_it_is(target: str, side: str) -> None:
+    rig = rig_of(SERVO, friction={"side": side})
+    names = ("F_C", "F_V", "F_C_motor", "F_V_motor")[: 4 if side == "both" else 2]
+    model = model_of(rig, "coulomb-viscous", {n: SERVO[n] for n in names}, (-0.1, 0.1))
+    words = {"both": "the load's friction alone", "load": "the friction of the load",
+             "motor": "the friction of the motor, as a force at the load"}  # fmt: skip
+    exported = export(model, target)
+    assert words[side] in exported.notes[0]
+    files = [" ".join(content.decode().split()) for content in exported.files.values()]
+    assert any(words[side].replace("'", mark) in text for text in files for mark in ("'", "&#x27;"))
+
+
+def test_a_unit_does_not_call_itself_one_friction_alone() -> None:
+    model = model_of(rig_of(SERVO), "coulomb-viscous", SERVO, (-0.1, 0.1))
+    assert model.side
+    assert model.side not in " ".join(model.head(whole=True))
+    assert export(model, "json").notes == ()

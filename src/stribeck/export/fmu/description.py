@@ -119,7 +119,7 @@ def page(model: Model, axis: Axis, name: str) -> str:
         f"<td>{html.escape(v.unit)}</td><td>{html.escape(v.doc)}</td></tr>"
         for v in axis.values
     )
-    head = html.escape("\n".join(model.head()))
+    head = html.escape("\n".join(model.head(whole=True)))
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{html.escape(name)}</title></head>
