@@ -387,3 +387,28 @@ def test_a_controller_without_it_does_not_take_the_velocity_of_the_command() -> 
     )
     assert np.ptp(plain) > 0.01
     np.testing.assert_array_equal(plain, said)
+
+
+@pytest.mark.parametrize("sensors", [(), ("motor",), ("motor", "load")])
+def test_a_draft_of_two_masses_says_what_they_need(sensors: tuple[str, ...]) -> None:
+    """The rotor's inertia; and nothing of a second encoder where there is one, or of a zero."""
+    names = [("controller", "damped"), ("motor", "force"), ("transmission", "compliant"),
+             ("load", "mass"), *(("sensor", name) for name in sensors)]  # fmt: skip
+    text = axis_draft([part_named(*name) for name in names], rotary=False)
+    rig = composed_axis(tomllib.loads(text), "axis")
+    armature = next(q for q in rig.params if q.name == "armature")
+    assert armature.lower > 0.0
+    assert ("# per_load" in text) == (len(sensors) == 2)
+    assert "# zero = 0" not in text
+    named = [f"[sensor.{side}]" for side in ("motor", "load")]
+    assert all(text.count(head) == 1 for head in named[: max(len(sensors), 1)])
+
+
+def test_a_setting_that_nobody_states_is_not_called_given() -> None:
+    table = {"motor": {"force": {"armature": 1.0}}, "load": {"mass": {"M": 1.0}}, "law": "dahl"}
+    for law, more in (("dahl", {}), ("coulomb-viscous", {"tolerance": 0.5}), ("stribeck", {})):
+        rig = composed_axis(
+            table | {"transmission": {"compliant": {"stiffness": 1e4}}, "law": law} | more, "axis"
+        )
+        (tolerance,) = (c for c in rig.constants if c.name == "tolerance")
+        assert (tolerance.source == "given") == bool(more)

@@ -114,13 +114,12 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
     shown = {"position": "mrad", "velocity": "rad/s"}
     if not content.rotary:
         shown = {"position": "mm", "velocity": "mm/s"}
-    simulation = settings("mrad" if content.rotary else "um")
+    states = any(law_named(law).states for law in (laws[0], sides.get("motor_law")) if law)
+    rough = (TOLERANCE, "docs/parts.md") if kind is TwoMassRig and not states else ()
+    simulation = settings("mrad" if content.rotary else "um", *rough)
     for word, setting in zip((content.step, content.tolerance), simulation, strict=True):
         if word is not None and not word > 0:
             raise InputError(f"{setting.name}: {word:g}: it must be above zero")
-    states = any(law_named(law).states for law in (laws[0], sides.get("motor_law")) if law)
-    if kind is TwoMassRig and not states:
-        simulation = (simulation[0], simulation[1].with_value(TOLERANCE))
     stepped = tuple(
         setting if word is None else setting.with_value(word)
         for word, setting in zip((content.step, content.tolerance), simulation, strict=True)

@@ -295,11 +295,13 @@ class ComposedRig(SteppedRig):
         return demand
 
 
-def settings(tolerance: str) -> tuple[Constant, ...]:
+def settings(
+    unit: str, tolerance: float = 0.001, source: str = "docs/rigs.md"
+) -> tuple[Constant, ...]:
     """The step and the tolerance of a simulation, the latter in a unit of the position."""
     return (
         constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md"),
-        constant("tolerance", 0.001, tolerance, "way by which a step may be off", "docs/rigs.md"),
+        constant("tolerance", tolerance, unit, "way by which a step may be off", source),
     )
 
 

@@ -58,6 +58,15 @@ _ZERO = (
     "shows 0; the controller reads motor_position + zero where by_load is 0"
 )
 _START = "where in the play the motor is at a start at rest, −1 to 1"
+#: Which signs are friction, and of what, by the side that has one.
+_FRICTIONS = {
+    "load": ("F_f is friction", "F_f the friction of the load"),
+    "motor": ("F_f,m is friction", "F_f,m the friction, on the motor's side"),
+    "both": (
+        "F_f and F_f,m are friction",
+        "F_f the friction of the load, F_f,m that of the motor's side",
+    ),
+}
 #: What a sensor's steps are as noise, root mean square.
 _STEP = 12.0**-0.5
 
@@ -324,21 +333,20 @@ class TwoMassRig(ComposedRig):
     def equation(self, law: Law) -> Equation:
         """The parts and what drives them."""
         one = super().equation(law)
-        where = {
-            "load": "F_f the friction of the load",
-            "motor": "F_f,m the friction, on the motor's side",
-            "both": "F_f the friction of the load, F_f,m that of the motor's side",
-        }
+        signs, where = _FRICTIONS[self.friction_side]
+        absent = {"load": r" − F_f,m", "motor": r" − F_f(?!,)"}.get(self.friction_side, r"(?!)")
         further = []
         if self.commanded and self.encoders == "both":
             zero = self.stated_zero or 0.0
             further.append(constant("zero", zero, self.si_unit("position"), _ZERO, "each log"))
-        if all(x.name != "start" for x in (*self.constants, *self.params)):
+        stated = {c.name for c in self.constants} | {q.name for q in self.params}
+        if "start" not in stated:
             further.append(constant("start", 0.0, "", _START, "each log"))
         return replace(
             one,
             drive=TWO_MASSES,
-            text=f"{one.text};  {where[self.friction_side]}",
+            text=f"{re.sub(absent, '', one.text)};  {where}",
+            friction=signs,
             constants=tuple(n for n in one.constants if n not in READING),
             coefficients=self._read_coefficients,
             further=tuple(further),

@@ -67,6 +67,7 @@ class Axis:
     Args:
         drive: What moves it, of `rig.motion.drives`.
         motion: Its equation of motion, in words and signs.
+        friction: Which of the signs is friction.
         row: The drive's constants: numbers, symbols, and functions of parts.
         values: Outputs, inputs, settings, the law's parameters, the rig's; value references
             count them.
@@ -75,6 +76,7 @@ class Axis:
 
     drive: int
     motion: str
+    friction: str
     row: Sequence[Any]
     values: tuple[Value, ...]
     sides: tuple[RubbedSide, RubbedSide] | None = None
@@ -117,7 +119,7 @@ def axis(model: Model) -> Axis:
         used_names.add(name)
         unique.append(replace(v, name=name))
     row = _coefficients(model, equation)
-    return Axis(equation.drive, equation.text, row, tuple(unique), _sides(model))
+    return Axis(equation.drive, equation.text, equation.friction, row, tuple(unique), _sides(model))
 
 
 def _sides(model: Model) -> tuple[RubbedSide, RubbedSide] | None:

@@ -67,6 +67,10 @@ class Coefficient:
     constant: Constant | None = None
     free: bool = False
 
+    def written(self, rotary: bool) -> str:
+        """Its SI unit on an axis of a kind."""
+        return self.rotary if rotary and self.rotary else self.unit
+
     def on(self, *, rotary: bool, turning: bool) -> Self:
         """The same quantity in its unit on an axis of a kind.
 
@@ -74,8 +78,7 @@ class Coefficient:
             rotary: Whether the axis turns.
             turning: Whether its motor does.
         """
-        turns = self.rotary and (turning if self.at_motor else rotary)
-        written, stated = (self.rotary if turns else self.unit), self.constant
+        written, stated = self.written(turning if self.at_motor else rotary), self.constant
         if stated is not None and stated.unit == self.unit:  # else it is of its axis already
             stated = replace(stated, unit=written)
         return replace(self, unit=written, rotary="", constant=stated)
