@@ -54,8 +54,9 @@ _HEAD_UNIT = re.compile(r"\[([^\[\]]+)\]\s*$")
 #: What each log tells its rig and a user tells a simulator: the zero of a motor's encoder, and
 #: where in its play a motion starts.
 _ZERO = (
-    "what the motor's encoder shows, over per_load, in the middle of the play where the load's "
-    "shows 0; the controller reads motor_position + zero where by_load is 0"
+    "by how much the motor's encoder, over per_load, shows more than the load's in the middle of "
+    "the play (of a log the mean of the greatest and the least such difference); the controller "
+    "reads motor_position + zero where by_load is 0"
 )
 _START = "where in the play the motor is at a start at rest, −1 to 1"
 #: Which signs are friction, and of what, by the side that has one.
