@@ -85,7 +85,8 @@ AXES: dict[str, tuple[str, str, dict[str, float], Mapping[str, Array]]] = {
         load.mass = { M = 5.0, offset = 4.0 }
         sensor.encoder = { resolution = 1e-5 }
         """,
-        "coulomb-viscous", {"F_C": 12.0, "F_V": 30.0}, {"goal": 0.1 * GOAL},
+        "coulomb-viscous", {"F_C": 12.0, "F_V": 30.0},
+        {"goal": 0.1 * GOAL, "goal_velocity": 0.1 * RATE},
     ),
     "none, voltage, rigid, inertia: recorded voltage": (
         """

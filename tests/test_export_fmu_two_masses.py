@@ -207,6 +207,48 @@ def test_the_communication_step_does_not_decide_the_motion(
     assert np.abs(long - short)[[0, 2]].max() <= 2e-7
 
 
+@pytest.mark.parametrize("stated", [False, True])
+def test_a_unit_reads_the_zero_of_the_motor_s_encoder(
+    opened: Callable[[Model], Unit], stated: bool
+) -> None:
+    """Of a log whose encoders have different zeros: the unit follows it as its rig does."""
+    zero, ahead = 2.0**-8, 2e-5  # the zero of the rig is a fifth of half the play less
+    motor = {"per_load": 5.0} | ({"zero": zero} if stated else {})
+    rig = rig_of(AXIS | GAINS, sensor={"motor": motor, "load": {}})
+    values = {"F_C": 20.0, "F_V": 30.0, **STATIC}
+    model = model_of(rig, "coulomb-viscous", values)
+    t, series = sampled({"goal": GOAL + zero}, SHORT)
+    shown = np.full(len(t), 5.0 * (zero + ahead))
+    log = Recording(t=t, position=np.zeros(len(t)), command=series["goal"],
+                    extra={"motor_position": shown})  # fmt: skip
+    track = rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))._replace(v0=0.0)
+    _, load = rig.sides(model.law, model.values[None], track)
+    told = {"start": 0.2} if stated else {"zero": zero + ahead}
+    motion = walked(opened(model), t, series, **told)
+    assert difference(motion[0], load.position[0]) <= 1e-9
+    if stated:  # the log may lack the motor's position
+        motion = walked(opened(model), t, series)
+        assert difference(motion[0], simulated(rig, model, t, series)[0]) <= 1e-9
+
+
+def test_what_acts_at_the_start_alone_is_fixed_then(tmp_path: Path) -> None:
+    _, model, _ = case("started in the play, pressed")
+    path = tmp_path / "axis.fmu"
+    path.write_bytes(fmu(model, binary=False))
+    variables = {v.name: v for v in fmpy.read_model_description(str(path)).modelVariables}
+    assert variables["start"].variability == "fixed"
+    assert variables["play"].variability == "tunable"
+
+
+def test_a_unit_says_whose_position_it_shows() -> None:
+    text = described(case("motor encoder")[1])
+    assert 'name="position" valueReference="0" description="position of the load"' in text
+    assert "what the encoder shows, and the rig calls its position" in text
+    both = rig_of(AXIS | GAINS, sensor={"motor": {"per_load": 5.0}, "load": {}})
+    text = described(model_of(both, "coulomb-viscous", {"F_C": 20.0, "F_V": 30.0, **STATIC}))
+    assert "its encoder shows 5 (motor_position + zero)" in text
+
+
 PLAIN = {"armature": "M_m"}
 
 

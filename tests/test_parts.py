@@ -323,3 +323,92 @@ def test_a_range_in_an_axis_file_is_kept_to() -> None:
     assert J.value == pytest.approx(0.08, rel=1e-6)
     assert J.verdict != "identified"
     assert not any("widened" in note for note in fit.notes)
+
+
+#: Dimensions of what the parts of an axis say: of its motor where that turns, and of all of it.
+_UNITS: list[tuple[str, dict[str, str]]] = [
+    (
+        """
+        rotary = true
+        controller.damped.kp = 40.0
+        motor.force = { armature = 0.02, F_max = 30.0 }
+        transmission.compliant = { stiffness = "1e4±5%", damping = 2.0, play = 1e-3 }
+        load.pendulum = { m = { free = [0.1, 5] }, l = { free = [0.1, 1] } }
+        load.spring = { k_spring = { free = [1, 9] }, q_spring = 0.1 }
+        """,
+        {"armature": "kg m**2", "F_max": "N m", "stiffness": "N m/rad", "damping": "N m s/rad",
+         "play": "rad", "m": "kg", "l": "m", "k_spring": "N m/rad", "q_spring": "rad",
+         "F_C": "N m", "F_C_motor": "N m", "F_V_motor": "N m s/rad"},
+    ),
+    (
+        """
+        controller.damped.kp = 40.0
+        motor.current = { armature = 2e-4, k_t = { free = [0.1, 1] }, F_fm = 3.0 }
+        transmission.screw.lead = 0.01
+        load.mass = { M = { column = "mass", value = 5.0 }, offset = 1.0 }
+        load.motor-ripple = { cog_order = 7.0, cog_sin = 0.1, cog_cos = { free = [-1, 1] } }
+        """,
+        {"armature": "kg m**2", "k_t": "N m/A", "F_fm": "N", "lead": "m", "M": "kg", "offset": "N",
+         "cog_sin": "N m", "cog_cos": "N m", "F_C": "N"},
+    ),
+    (
+        """
+        controller.damped.kp = 40.0
+        motor.force = { armature = 2.0, F_max = 30.0 }
+        load.mass = { M = { free = [1, 9] }, offset = 1.0 }
+        """,
+        {"armature": "kg", "F_max": "N", "M": "kg", "offset": "N", "F_V": "N s/m"},
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "units"), _UNITS)
+def test_a_quantity_has_the_unit_of_its_axis(text: str, units: dict[str, str]) -> None:
+    table = tomllib.loads(text) | {"law": "coulomb-viscous"}
+    if "compliant" in text:
+        table["friction"] = {"side": "both"}
+    rig = composed_axis(table, "axis")
+    shown = {c.name: c.unit for c in rig.constants}
+    shown |= {q.name: rig.unit_of(q) for q in rig.parameters(LAWS["coulomb-viscous"])}
+    assert {name: shown[name] for name in units} == units
+    values = {c.name: c.value for c in rig.constants}
+    assert values["armature"] == table["motor"].popitem()[1]["armature"]
+
+
+def test_a_controller_without_it_does_not_take_the_velocity_of_the_command() -> None:
+    """A damped one brakes by the velocity of the axis alone, whatever columns its log has."""
+    goal = 0.1 * GOAL
+    table = {"controller": {"damped": {"kp": 2e3, "kd": 300.0}}, "load": {"mass": {"M": 5.0}}}
+    rig = as_simulated(composed_axis(table | {"law": "coulomb-viscous"}, "axis"))
+    still, p = np.zeros(len(t)), np.array([[20.0, 30.0]])
+    plain, said = (
+        rig.simulate(LAW, p, Recording(t=t, position=still, command=goal, extra=extra)).position
+        for extra in ({}, {"command_velocity": np.gradient(goal, t)})
+    )
+    assert np.ptp(plain) > 0.01
+    np.testing.assert_array_equal(plain, said)
+
+
+@pytest.mark.parametrize("sensors", [(), ("motor",), ("motor", "load")])
+def test_a_draft_of_two_masses_says_what_they_need(sensors: tuple[str, ...]) -> None:
+    """The rotor's inertia; and nothing of a second encoder where there is one, or of a zero."""
+    names = [("controller", "damped"), ("motor", "force"), ("transmission", "compliant"),
+             ("load", "mass"), *(("sensor", name) for name in sensors)]  # fmt: skip
+    text = axis_draft([part_named(*name) for name in names], rotary=False)
+    rig = composed_axis(tomllib.loads(text), "axis")
+    armature = next(q for q in rig.params if q.name == "armature")
+    assert armature.lower > 0.0
+    assert ("# per_load" in text) == (len(sensors) == 2)
+    assert "# zero = 0" not in text
+    named = [f"[sensor.{side}]" for side in ("motor", "load")]
+    assert all(text.count(head) == 1 for head in named[: max(len(sensors), 1)])
+
+
+def test_a_setting_that_nobody_states_is_not_called_given() -> None:
+    table = {"motor": {"force": {"armature": 1.0}}, "load": {"mass": {"M": 1.0}}, "law": "dahl"}
+    for law, more in (("dahl", {}), ("coulomb-viscous", {"tolerance": 0.5}), ("stribeck", {})):
+        rig = composed_axis(
+            table | {"transmission": {"compliant": {"stiffness": 1e4}}, "law": law} | more, "axis"
+        )
+        (tolerance,) = (c for c in rig.constants if c.name == "tolerance")
+        assert (tolerance.source == "given") == bool(more)

@@ -11,6 +11,7 @@ import pytest
 from stribeck.friction import LAWS, law_named
 from stribeck.report.registries import show_laws, show_rigs
 from stribeck.rig import RIGS
+from two_mass_axes import SERVO, rig_of
 
 
 @pytest.fixture(autouse=True)
@@ -76,3 +77,18 @@ def test_a_rig_is_loaded_when_it_is_taken() -> None:
     }
     assert "slide_bed" in files
     assert not files & {"balanced", "cylinder", "emps", "joint", "presliding", "servo_pendulum"}
+
+
+@pytest.mark.parametrize(
+    ("side", "sign", "absent"),
+    [("load", "F_f is friction", "F_f,m"), ("motor", "F_f,m is friction", "− F_f\n"),
+     ("both", "F_f and F_f,m are friction", "")],
+)  # fmt: skip
+def test_two_masses_have_the_friction_of_their_sides(
+    side: str, sign: str, absent: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    show_rigs(rig_of(SERVO, friction={"side": side}))
+    shown = capsys.readouterr().out
+    assert f"equation of motion, {sign}" in shown
+    assert not absent or absent not in shown
+    assert ("− T − F_f,m" in shown) == (side != "load")

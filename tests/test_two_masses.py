@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,13 @@ import numpy as np
 import pytest
 
 from foreign import two_masses as plain_steps
-from stribeck import LAWS, Fit, InputError, compensate, export, identify
+from joint_models import model_of
+from stribeck import LAWS, Fit, InputError, Recording, compensate, export, identify
+from stribeck.compensate.compensation import around
 from stribeck.rig.axis_table import composed_axis
+from stribeck.rig.motion.track import Track
 from stribeck.rig.simulated import as_simulated
+from stribeck.rig.two_masses import TwoMassRig
 from stribeck.space import Array
 from two_mass_axes import FORCE, GAINS, GOAL, SERVO, moved, rig_of, started, t
 
@@ -237,6 +242,11 @@ def test_what_moves_one_mass_refuses_two(two_encoders: Fit) -> None:
          "an axis has one transmission, this one 2"),
         ('motor_position = "shaft"', 'motor_position = "rotor"',
          "reads both sides, and there is no column 'rotor'"),
+        ("per_load = 628318.5307", 'per_load = "628318±10"', "per_load has no tolerance: give a"),
+        ("per_load = 628318.5307", 'zero = { column = "shaft", value = 0.0 }',
+         "zero: no column of a log: give a number"),
+        ("[sensor.load]", "", "per_load: it scales a second position, and without .sensor.load."),
+        ("per_load = 628318.5307\n[sensor.load]", "zero = 0.3", "zero: it is between two encoders"),
         ("[inputs]", '[inputs]\nlamp = "x"', "no input 'lamp': there are .*motor_position"),
     ],
 )  # fmt: skip
@@ -250,6 +260,41 @@ def test_what_makes_no_axis_of_two_masses_is_refused(
     assert "\n" not in str(refusal.value)
 
 
+def test_a_head_with_a_unit_of_which_nobody_speaks_is_refused() -> None:
+    """The motor's position is read as it is written, in proportion to `per_load`."""
+    still = np.zeros(len(t))
+    shown = {"q_m [mm]": 1e3 * FORCE}
+    log = Recording(t=t, position=still, command=still, extra=shown)
+    inputs = {"motor_position": "q_m [mm]"}
+    silent, stated = (
+        rig_of(SERVO | GAINS, sensor={"motor": motor, "load": {}}, inputs=inputs)
+        for motor in ({}, {"per_load": 1000.0})
+    )
+    with pytest.raises(InputError, match=r"read as it is written: .* per_load = 1000, times"):
+        rig_track(silent, log)
+    _, motor = stated.readings(rig_track(stated, log), log, slice(0, len(t)))
+    np.testing.assert_allclose(motor.measured, FORCE)
+
+
+def rig_track(rig: TwoMassRig, log: Recording) -> Track:
+    return rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))
+
+
+def test_a_position_of_the_motor_is_scaled_and_then_shifted() -> None:
+    """What `rigs --parts` says of it is what a log is read by."""
+    still = np.zeros(len(t))
+    motor = {"per_load": 5.0, "zero": 0.01}
+    rig = rig_of(SERVO | GAINS, sensor={"motor": motor, "load": {}})
+    shown = 5.0 * (still + 0.01)
+    log = Recording(t=t, position=still, command=still, extra={"motor_position": shown})
+    reading = rig_track(rig, log).reading
+    assert reading.ahead == pytest.approx(0.0, abs=1e-12)
+    assert reading.zero == pytest.approx(0.01)
+    (equation,) = (p.equation for p in rig.parts if (p.role, p.name) == ("sensor", "motor"))
+    shows = equation.partition("=")[2].replace(" (", " * (").strip()
+    assert eval(shows, {}, motor | {"q_m": 0.0}) == pytest.approx(shown[0])  # noqa: S307 - of a part
+
+
 @pytest.mark.parametrize(
     ("extra", "message"),
     [
@@ -260,3 +305,61 @@ def test_what_makes_no_axis_of_two_masses_is_refused(
 def test_an_axis_of_one_mass_has_no_sides(extra: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         composed_axis({"load": {"mass": {"M": 1.0}}} | extra, "axis")
+
+
+@pytest.mark.parametrize(("ratio", "rotary"), [(1.0, False), (50.0, False), (50.0, True)])
+def test_what_is_said_to_make_one_mass_of_two_does(ratio: float, rotary: bool) -> None:
+    table: dict[str, Any] = {
+        "rotary": rotary,
+        "law": "coulomb-viscous",
+        "ranges": {"F_C": [0, 9], "F_C_motor": [0, 9]},
+        "controller": {"damped": GAINS},
+        "motor": {"force": {"armature": 2.0}},
+        "transmission": {"compliant": {"stiffness": {"free": [1e4, 1e7]}, "ratio": ratio}},
+        "load": {"mass": {"M": 5.0}},
+        "sensor": {"motor": {}, "load": {}},
+        "friction": {"side": "both"},
+        "inputs": {"motor_position": "shaft", "external": "push"},
+    }
+    rig = composed_axis(table, "axis")
+    with pytest.raises(InputError, match="two masses, and a compensation is tried on") as refusal:
+        around(rig, None)
+    said = str(refusal.value)
+    stated = re.search(r"\[transmission\.(\w+)\](?: with (\w+) = ([\d.]+))? for", said)
+    assert stated is not None
+    coefficients = {stated[2]: float(stated[3])} if stated[2] else {}
+    table["transmission"] = {stated[1]: coefficients}
+    _, _, leave = said.partition("leave out ")
+    for side in re.findall(r"\[sensor\.(\w+)\]", leave):
+        del table["sensor"][side]
+    for word in re.findall(r"\[inputs\] (\w+)", leave):
+        del table["inputs"][word]
+    for name in re.findall(r"(\w+_motor)\b", leave.partition("ranges of ")[2]):
+        del table["ranges"][name]
+    if "[friction]" in leave:
+        del table["friction"]
+    one = composed_axis(table, "axis")
+    assert not isinstance(one, TwoMassRig)
+    values = {c.name: c.value for c in one.constants}
+    assert one.coefficients(values)[0] == pytest.approx(5.0 + 2.0 * ratio**2)
+
+
+@pytest.mark.parametrize("side", ["both", "load", "motor"])
+@pytest.mark.parametrize("target", ["c", "st", "plcopen", "matlab", "modelica", "table"])
+def test_files_of_a_law_say_whose_friction_it_is(target: str, side: str) -> None:
+    rig = rig_of(SERVO, friction={"side": side})
+    names = ("F_C", "F_V", "F_C_motor", "F_V_motor")[: 4 if side == "both" else 2]
+    model = model_of(rig, "coulomb-viscous", {n: SERVO[n] for n in names}, (-0.1, 0.1))
+    words = {"both": "the load's friction alone", "load": "the friction of the load",
+             "motor": "the friction of the motor, as a force at the load"}  # fmt: skip
+    exported = export(model, target)
+    assert words[side] in exported.notes[0]
+    files = [" ".join(content.decode().split()) for content in exported.files.values()]
+    assert any(words[side].replace("'", mark) in text for text in files for mark in ("'", "&#x27;"))
+
+
+def test_a_unit_does_not_call_itself_one_friction_alone() -> None:
+    model = model_of(rig_of(SERVO), "coulomb-viscous", SERVO, (-0.1, 0.1))
+    assert model.side
+    assert model.side not in " ".join(model.head(whole=True))
+    assert export(model, "json").notes == ()

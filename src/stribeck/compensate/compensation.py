@@ -34,7 +34,7 @@ from ..identify.pace import Pace, paced
 from ..presenters import presenter
 from ..rig.balanced import BalancedRig
 from ..rig.lookup import rig_and_law
-from ..rig.two_masses import TwoMassRig
+from ..rig.two_masses import MOTOR_POSITION, OF_MOTOR, SIDES, TwoMassRig
 from ..units import unit
 from ..wording import either, option
 from .closed_loop import IDEAL, controlled
@@ -225,8 +225,8 @@ def around(rig: Rig, loop: PositionLoop | None) -> Rig:
     rig.check_newtons("a controller's output")
     if isinstance(rig, TwoMassRig):
         raise InputError(
-            f"rig {rig.name} has two masses, and a compensation is tried on an axis of one: "
-            "compose it with [transmission.rigid] and identify again"
+            f"rig {rig.name} has two masses, and a compensation is tried on an axis of one: in "
+            f"its file {_as_one_mass(rig)}, and identify again"
         )
     if loop is not None:
         if rig.controller() is not None and not isinstance(rig, BalancedRig):
@@ -237,6 +237,25 @@ def around(rig: Rig, loop: PositionLoop | None) -> Rig:
         rig = replace(rig, loop=loop)
     controlled(rig)
     return rig
+
+
+def _as_one_mass(rig: TwoMassRig) -> str:
+    """What makes an axis of one mass of the file of one of two, in words."""
+    table = rig.table or {}
+    ratio = next((c.value for c in rig.constants if c.name == "ratio"), 1.0)
+    rigid = "[transmission.rigid]"
+    if ratio != 1.0:
+        rigid = f"[transmission.gear] with ratio = {ratio:.10g}"
+        if not rig.rotary:
+            rigid = f"[transmission.screw] with lead = {2.0 * np.pi / ratio:.10g}"
+    left = [f"[sensor.{side}]" for side in SIDES if side in table.get("sensor", {})]
+    left += ["[friction]"] if table.get("friction") else []
+    left += [f"[inputs] {MOTOR_POSITION}"] if MOTOR_POSITION in table.get("inputs", {}) else []
+    coupling = {c.name for p in rig.parts if p.role == "transmission" for c in p.coefficients}
+    odd = [n for n in table.get("ranges", {}) if n in coupling or n.endswith(OF_MOTOR)]
+    left += [f"the ranges of {', '.join(odd)}"] if odd else []
+    leave = f" and leave out {', '.join(left)}" if left else ""
+    return f"write {rigid} for [transmission.compliant]{leave}"
 
 
 def _modes(shape: Compensator, mode: Mode | None) -> tuple[Mode, ...]:

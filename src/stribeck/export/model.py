@@ -16,6 +16,7 @@ from ..friction import Law
 from ..identify.card import Card, Carded, card_file, card_of, read_card
 from ..identify.parameters import Parameters
 from ..rig import Rig
+from ..rig.two_masses import TwoMassRig
 from ..space import Array, Param
 from ..units import unit
 
@@ -85,11 +86,27 @@ class Model:
         ]
         return list(zip(unique, params, strict=True))
 
-    def head(self, other: str = "") -> list[str]:
+    @property
+    def side(self) -> str:
+        """Which friction of an axis of two masses its law is, a clause; empty of one mass."""
+        if not isinstance(self.rig, TwoMassRig):
+            return ""
+        side = self.rig.friction_side
+        if side == "both":
+            return (
+                "this is the load's friction alone: that of the motor's side, the stiffness "
+                "between them and the play are in the card"
+            )
+        where = "load" if side == "load" else "motor, as a force at the load"
+        where = where.replace("force", "torque") if self.rig.rotary else where
+        return f"this is the friction of the {where}; the stiffness and the play are in the card"
+
+    def head(self, other: str = "", *, whole: bool = False) -> list[str]:
         """What every exported file says of itself: formula, units, range, intervals, the card.
 
         Args:
             other: What of the file is not in SI, with its unit.
+            whole: Whether the file has all of the axis, not the law alone.
         """
         law, card = self.law, self.card
         force = "torque" if self.rig.rotary else "force"
@@ -101,6 +118,7 @@ class Model:
             f"  {law.formula}",
             f"  ({law.cite})",
             "",
+            *([] if whole else self._side()),
             f"Velocity in {self.speed_unit}, friction in {self.force_unit}, and SI throughout"
             + odd,
             f"Friction has the sign of the velocity: subtract it from the {force} of the drive, or",
@@ -122,6 +140,13 @@ class Model:
         versions = ", ".join(f"{n} {v}" for n, v in card.software.items())
         lines += ["", f"From {self.source}, sha256 {self.sha256} ({versions})."]
         return [_one_line(text) for text in lines]
+
+    def _side(self) -> list[str]:
+        """Which friction it is, of an axis of two masses."""
+        if not self.side:
+            return []
+        text = f"Of an axis of two masses {self.side}."
+        return [*textwrap.wrap(text, 88), ""]
 
     def _volts(self) -> list[str]:
         """How a torque is asked of a drive that takes volts."""

@@ -16,7 +16,6 @@ from ..compensate.settings import read_settings
 from ..errors import InputError
 from ..identify.card import Card, Carded
 from ..presenters import presenter
-from ..rig.two_masses import TwoMassRig
 from ..text_file import page_bytes
 from ..units import unit
 from ..wording import either, option
@@ -24,6 +23,8 @@ from .model import Model, model_of
 
 #: Targets that move a joint.
 _ONE_MASS = ("mjcf", "urdf", "usd")
+#: Targets that have all of an axis.
+_WHOLE = ("fmu", "json")
 
 
 class Exported(NamedTuple):
@@ -141,29 +142,25 @@ def export(
     if into is not None:
         known["into"] = Path(into)
     ready = model_of(model)
-    notes = () if not isinstance(ready.rig, TwoMassRig) else _of_one_side(ready.rig, to)
+    notes = _of_one_side(ready, to)
     exported = target.make(ready, **known)
     return exported._replace(
         folder=target.folder, suffix=target.suffix, notes=(*notes, *exported.notes)
     )
 
 
-def _of_one_side(rig: TwoMassRig, to: str) -> tuple[str, ...]:
+def _of_one_side(model: Model, to: str) -> tuple[str, ...]:
     """What is lost of an axis of two masses.
 
     Raises:
         InputError: the target moves a joint, which has one mass.
     """
-    if to in _ONE_MASS:
+    if model.side and to in _ONE_MASS:
         raise InputError(
-            f"{to}: a joint there has one mass and no play, and rig {rig.name} has two masses: "
-            "it goes to fmu whole, its law alone to c, st, matlab, modelica or a table"
+            f"{to}: a joint there has one mass and no play, and rig {model.rig.name} has two "
+            "masses: it goes to fmu whole, its law alone to c, st, matlab, modelica or a table"
         )
-    if to == "fmu":
-        return ()
-    if rig.friction_side == "both":
-        return ("this is the load's friction: the motor's side and the play are in the card",)
-    return (f"this is the friction of the {rig.friction_side}; the play is in the card",)
+    return () if not model.side or to in _WHOLE else (model.side,)
 
 
 def _typed(keyword: str) -> str:

@@ -147,7 +147,7 @@ def show_rigs(rig: Rig | None, likely: str = "") -> None:
         out.print(_inset(line))
     out.print()
     if (equation := rig.equation(law_named(rig.laws[0]))) is not None:
-        out.print("equation of motion, F_f is friction")
+        out.print(f"equation of motion, {equation.friction}")
         for line in equation.text.split(";  "):
             out.print(_inset(line))
         out.print()

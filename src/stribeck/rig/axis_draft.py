@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from .axis_table import ROLES
 from .composed import INPUT_COLUMNS, check_roles
 from .parts import Coefficient, Part
-from .two_masses import two_masses
+from .parts.axis_of_parts import in_units
+from .two_masses import MOTOR_POSITION, READING, SIDES, two_masses
 
 #: What the inputs of an axis are, beside its channels.
 _INPUTS = {
@@ -18,10 +20,15 @@ _INPUTS = {
     "external": "a known force on the load",
 }
 _WIDTH = 46
+#: Least inertia that is searched for of a motor that moves apart from its load, kg or kg m**2.
+_LEAST_ROTOR = 1e-6
 #: What is to be said of the friction of an axis of two masses.
 _SIDES = (
     'side = "load"                                 # or "motor", or "both"',
     '# motor = "coulomb-viscous"                   # its own law, where both have friction',
+)
+#: What else, where no encoder is said.
+_ENCODERS = (
     "# An encoder at the motor, beside that of the load:",
     "# [sensor.motor]",
     "# [sensor.load]",
@@ -32,12 +39,14 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
     """The text of a file that composes an axis of parts.
 
     What an axis cannot do without is to be identified within the range that its part declares;
-    the rest stands commented out at the value that it has where nobody speaks of it.
+    the rest stands commented out at the value that it has where nobody speaks of it, or as NUMBER
+    where each log tells it then.
 
     Raises:
         InputError: parts that make no axis.
     """
-    check_roles("axis", tuple(parts), rotary)
+    parts = tuple(_needed(p, parts) for p in in_units(parts, rotary=rotary))
+    check_roles("axis", parts, rotary)
     lines = [
         "# An axis of parts. A coefficient is a number (exact), text with a tolerance such as",
         '# "12±4" or "12 nameplate", { free = [low, high] } to be identified within a range, or',
@@ -49,11 +58,14 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
     for role in ROLES:
         for part in parts:
             if part.role == role:
-                lines += ["", *_part(part, rotary)]
+                lines += ["", *_part(part)]
     if two_masses(parts):
-        lines += ["", "[friction]", *_SIDES]
+        read = {p.name for p in parts if p.role == "sensor"} & {*SIDES}
+        lines += ["", "[friction]", *_SIDES, *(() if read else _ENCODERS)]
     lines += ["", "# Columns of the logs that say more than the channels do.", "[inputs]"]
     lines += [f'# {n} = "{INPUT_COLUMNS[n]}"  # {words}' for n, words in _INPUTS.items()]
+    if two_masses(parts):
+        lines.append(f'# {MOTOR_POSITION} = "{MOTOR_POSITION}"  # where both sides have an encoder')
     lines += [
         "",
         "[columns]",
@@ -62,14 +74,28 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _part(part: Part, rotary: bool) -> Iterable[str]:
+def _needed(part: Part, parts: Sequence[Part]) -> Part:
+    """A part as it stands among others: with what two masses need, without what one encoder has."""
+    if not two_masses(parts):
+        return part
+    both = {p.name for p in parts if p.role == "sensor"} >= {*SIDES}
+    coefficients = [c for c in part.coefficients if both or c.name not in READING]
+    if part.role == "motor":
+        coefficients = [
+            replace(c, idle=None, lower=_LEAST_ROTOR) if c.name == "armature" else c
+            for c in coefficients
+            if c.name != "F_fm"  # is a law's, of two masses
+        ]
+    return replace(part, coefficients=tuple(coefficients))
+
+
+def _part(part: Part) -> Iterable[str]:
     """The table of a part: what it is, its equation, and its coefficients."""
     yield f"[{part.role}.{part.name}]  # {part.doc}"
     yield f"# {part.equation}"
     for c in part.coefficients:
         stated = f"{c.name} = {_value(c)}"
-        unit = c.written(rotary)
-        words = f"{c.doc}{f', in {unit}' if unit else ''}"
+        words = f"{c.doc}{f', in {c.unit}' if c.unit else ''}"
         yield (
             f"{stated:<{_WIDTH}}# {words}"
             if c.idle is None
@@ -82,5 +108,5 @@ def _value(c: Coefficient) -> str:
     if c.idle is None:
         return f"{{ free = [{c.lower:g}, {c.upper:g}] }}"
     if math.isnan(c.idle):  # each log tells
-        return "0"
+        return "NUMBER"
     return f"{c.idle:g}" if math.isfinite(c.idle) else "1e9"

@@ -15,7 +15,7 @@ from ..units import convertible
 from .composed import INPUT_COLUMNS, ComposedRig, settings
 from .parts import Coefficient, Part, part_named
 from .search_ranges import with_ranges
-from .two_masses import MOTOR_POSITION, SIDES, TOLERANCE, TwoMassRig, two_masses
+from .two_masses import MOTOR_POSITION, READING, SIDES, TOLERANCE, TwoMassRig, two_masses
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 _Text = Annotated[str, Field(strict=True)]
@@ -114,13 +114,12 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
     shown = {"position": "mrad", "velocity": "rad/s"}
     if not content.rotary:
         shown = {"position": "mm", "velocity": "mm/s"}
-    simulation = settings("mrad" if content.rotary else "um")
+    states = any(law_named(law).states for law in (laws[0], sides.get("motor_law")) if law)
+    rough = (TOLERANCE, "docs/parts.md") if kind is TwoMassRig and not states else ()
+    simulation = settings("mrad" if content.rotary else "um", *rough)
     for word, setting in zip((content.step, content.tolerance), simulation, strict=True):
         if word is not None and not word > 0:
             raise InputError(f"{setting.name}: {word:g}: it must be above zero")
-    states = any(law_named(law).states for law in (laws[0], sides.get("motor_law")) if law)
-    if kind is TwoMassRig and not states:
-        simulation = (simulation[0], simulation[1].with_value(TOLERANCE))
     stepped = tuple(
         setting if word is None else setting.with_value(word)
         for word, setting in zip((content.step, content.tolerance), simulation, strict=True)
@@ -167,6 +166,8 @@ def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], d
             "sensor.lead-error is of one mass: with [transmission.compliant] motor and load have "
             "positions of their own"
         )
+    if {p.name for p in parts if p.role == "sensor"} & {*SIDES} == {"motor"}:
+        _refuse_reading_of_two(content.sensor["motor"])
     friction = content.friction or _Friction()
     if friction.motor:
         law_named(friction.motor)  # says which there are
@@ -175,6 +176,25 @@ def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], d
                 "friction.motor: the motor's own law, beside the load's: side = \"both\""
             )
     return TwoMassRig, {"friction_side": friction.side, "motor_law": friction.motor}
+
+
+def _refuse_reading_of_two(stated: Mapping[str, Any]) -> None:
+    """Refuse what tells the readings of two encoders apart where there is one.
+
+    Raises:
+        InputError: it is stated.
+    """
+    if "per_load" in stated:
+        raise InputError(
+            "sensor.motor.per_load: it scales a second position, and without [sensor.load] there "
+            'is one: leave it out and scale the column: [columns] position = { column = "HEAD", '
+            "factor = NUMBER }"
+        )
+    if "zero" in stated:
+        raise InputError(
+            "sensor.motor.zero: it is between two encoders, and without [sensor.load] there is "
+            "one: leave it out (a position and its command have the same zero)"
+        )
 
 
 def _memory(states: bool, parts: list[Part]) -> dict[str, Any]:
@@ -209,10 +229,14 @@ def _coefficient(
     if isinstance(value, _Column):
         if other := columns.get(value.column):
             raise InputError(f"{place}: column {value.column!r} is that of {other} already")
+        if c.name in READING:
+            raise InputError(f"{place}: no column of a log: give a number")
         columns[value.column] = c.name
         return c.known(value.value, "the log, where it says so", "yours")
     if isinstance(value, str):
         number, tolerance, origin = toleranced(value, place)
+        if c.setting and tolerance:
+            raise InputError(f"{place} has no tolerance: give a number")
         stated = c.known(number, "the axis file", origin)
         assert stated.constant is not None  # noqa: S101 - known just now
         return replace(stated, constant=stated.constant.with_value(number, tolerance, origin))

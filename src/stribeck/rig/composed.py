@@ -29,13 +29,13 @@ from .motion.drives import (
     LATE,
     rows,
 )
-from .parts.axis_of_parts import assembled
+from .parts.axis_of_parts import assembled, in_units, motor_turns
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
-    from ..space import Array
+    from ..space import Array, Param
     from .experiments.offer import Course, Offer, OperatingRange
     from .motion.track import Track
     from .parts import Part
@@ -85,14 +85,14 @@ class ComposedRig(SteppedRig):
             InputError: a part is missing, stands twice, or is of the other kind of axis; two
                 parts have a coefficient of the same name.
         """
-        parts = tuple(parts)
+        parts = in_units(parts, rotary=rotary)
         check_roles(name, parts, rotary)
         stated = [c for p in parts for c in p.coefficients]
         declared["constants"] = (
             *(c.constant for c in stated if c.constant is not None),
             *declared.get("constants", ()),
         )
-        declared["params"] = tuple(c.param(rotary) for c in stated if c.identified)
+        declared["params"] = tuple(c.param() for c in stated if c.identified)
         declared.setdefault("applied_force", not any(p.commanded for p in parts))
         return cls(name=name, parts=parts, rotary=rotary, **declared)
 
@@ -144,6 +144,8 @@ class ComposedRig(SteppedRig):
             for name, column in self.input_columns.items()
             if column in recording.extra
         }
+        if not any(p.takes_velocity for p in self.parts):
+            given.pop("goal_velocity", None)
         if recording.known_force is not None:
             given["external"] = given.get("external", 0.0) - recording.known_force.values
         if not self.commanded:
@@ -157,6 +159,11 @@ class ComposedRig(SteppedRig):
         if any(p.follows_velocity for p in self.parts):
             steps.setdefault("goal_velocity", np.gradient(recording.command, recording.t))
         return steps
+
+    def _si_unit_of(self, param: Param) -> str:
+        """The SI unit of a parameter; those of its parts have that of their axis."""
+        own = any(q.name == param.name for q in self.params)
+        return param.unit if own else super()._si_unit_of(param)
 
     def coefficients(self, values: Mapping[str, Any]) -> tuple[Any, ...]:
         """The row of constants of its parts; see `SteppedRig.coefficients`."""
@@ -258,11 +265,11 @@ class ComposedRig(SteppedRig):
     def _simulator_inputs(self) -> tuple[Input, ...]:
         """What a simulator has to tell the axis."""
         position, speed = self.si_unit("position"), self.si_unit("velocity")
-        asked = _DEMANDS[self.demand][self.rotary]
+        asked = _DEMANDS[self.demand][motor_turns(self.parts, rotary=self.rotary)]
         if not self.commanded:
             return (Input(self.demand, asked, "of the drive", ADDED),)
         inputs = [Input("command", position, "commanded position", GOAL)]
-        if any(p.follows_velocity for p in self.parts):
+        if any(p.takes_velocity for p in self.parts):
             inputs.append(Input("command_velocity", speed, "its velocity", GOAL_VELOCITY))
         inputs += [
             Input("feed_forward", asked, "added to what the controller asks for", FEED_FORWARD),
@@ -288,11 +295,13 @@ class ComposedRig(SteppedRig):
         return demand
 
 
-def settings(tolerance: str) -> tuple[Constant, ...]:
+def settings(
+    unit: str, tolerance: float = 0.001, source: str = "docs/rigs.md"
+) -> tuple[Constant, ...]:
     """The step and the tolerance of a simulation, the latter in a unit of the position."""
     return (
         constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md"),
-        constant("tolerance", 0.001, tolerance, "way by which a step may be off", "docs/rigs.md"),
+        constant("tolerance", tolerance, unit, "way by which a step may be off", source),
     )
 
 

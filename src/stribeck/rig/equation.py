@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..constant import Constant
+
 
 @dataclass(frozen=True)
 class Input:
@@ -30,7 +32,7 @@ class Input:
 
 @dataclass(frozen=True, eq=False)
 class Equation:
-    """The motion of an axis under friction F_f.
+    """The motion of an axis under friction.
 
     Args:
         drive: Kind of drive, of `motion.track`.
@@ -41,6 +43,8 @@ class Equation:
             by name. Plain arithmetic: of floats, of arrays, or of symbols of another language.
         drive_doc: What the force of the drive is.
         own_step: Whether the rig's constant `step` is short enough for any law.
+        friction: Which of the signs is friction, a clause.
+        further: What it reads that a rig takes of each log and a simulator has to be told.
     """
 
     drive: int
@@ -50,3 +54,5 @@ class Equation:
     coefficients: Callable[[Mapping[str, Any]], Sequence[Any]]
     drive_doc: str = "what the drive does to the axis"
     own_step: bool = False
+    friction: str = "F_f is friction"
+    further: tuple[Constant, ...] = ()

@@ -393,12 +393,17 @@ class Rig:
     def _ranged(self, param: Param) -> Param:
         declared = (param.lower, param.upper)
         lower, upper = self.ranges.get(param.name, self.ranges.get(stem(param.name), declared))
-        written = _ROTARY.get(param.unit, param.unit) if self.rotary else param.unit
+        written = self._si_unit_of(param)
         if self.in_amperes and written in _ELECTRIC:
-            written = _ELECTRIC[written]
+            weight = self.rotary and written == "kg"  # at an arm, whose length is in m
+            written = "A s**2/m**2" if weight else _ELECTRIC[written]
             if not {param.name, stem(param.name)} & self.bounded:
                 lower, upper = _PER_NEWTON * lower, _PER_NEWTON * upper
         return replace(param, lower=lower, upper=upper, log=param.log and lower > 0, unit=written)
+
+    def _si_unit_of(self, param: Param) -> str:
+        """The SI unit of a parameter, which is declared with that of a linear axis."""
+        return _ROTARY.get(param.unit, param.unit) if self.rotary else param.unit
 
     def _constants(self) -> str:
         return ", ".join(c.name for c in self.constants) or "none"

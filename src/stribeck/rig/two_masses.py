@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ..constant import constant
 from ..data.resolution import noise, step
 from ..data.segmentation import rests
 from ..errors import InputError
 from ..friction import law_named
+from ..units import convertible, unit
 from .composed import ComposedRig
 from .equation import Equation
 from .motion.coupling import LOAD_ROW, MOTOR_ROW, ZERO, CouplingConstants, coupled_row
@@ -33,6 +36,8 @@ Side = Literal["load", "motor", "both"]
 #: Sensors of one side each, and what a column with the motor's position is called.
 SIDES = ("motor", "load")
 MOTOR_POSITION = "motor_position"
+#: What the motor's encoder shows more than the load's: coefficients of its sensor.
+READING = ("per_load", "zero")
 #: What the parameters of the motor's friction are called, after the law's own names for them.
 OF_MOTOR = "_motor"
 #: Way by which a step may be off under laws without states where nobody says, um or mrad: the rule
@@ -44,6 +49,25 @@ _EXTREMES = (2.0, 98.0)
 _BAND = 0.25
 #: Samples of a rest over which the start of a motion is a mean, at most.
 _STILL = 50
+#: The unit in the head of a column.
+_HEAD_UNIT = re.compile(r"\[([^\[\]]+)\]\s*$")
+#: What each log tells its rig and a user tells a simulator: the zero of a motor's encoder, and
+#: where in its play a motion starts.
+_ZERO = (
+    "by how much the motor's encoder, over per_load, shows more than the load's in the middle of "
+    "the play (of a log the mean of the greatest and the least such difference); the controller "
+    "reads motor_position + zero where by_load is 0"
+)
+_START = "where in the play the motor is at a start at rest, −1 to 1"
+#: Which signs are friction, and of what, by the side that has one.
+_FRICTIONS = {
+    "load": ("F_f is friction", "F_f the friction of the load"),
+    "motor": ("F_f,m is friction", "F_f,m the friction, on the motor's side"),
+    "both": (
+        "F_f and F_f,m are friction",
+        "F_f the friction of the load, F_f,m that of the motor's side",
+    ),
+}
 #: What a sensor's steps are as noise, root mean square.
 _STEP = 12.0**-0.5
 
@@ -136,7 +160,7 @@ class TwoMassRig(ComposedRig):
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """Samples, inputs and start of a stretch, of the encoder that `position` is."""
         track = super().track(recording, rows, x0, score)
-        reading = SideReading(by_motor=self.encoders == "motor")
+        reading = SideReading(by_motor=self.encoders == "motor", zero=self.stated_zero or 0.0)
         motor = self._motor_position(recording)
         if motor is not None:
             start = rows.start + np.flatnonzero(_still(recording, rows))[:_STILL]
@@ -157,7 +181,6 @@ class TwoMassRig(ComposedRig):
                 f"{recording.label}: rig {self.name} reads both sides, and there is no column "
                 f'{self.motor_column!r}: name the motor\'s in [inputs] motor_position = "HEAD"'
             )
-        stated = np.isfinite(self["zero"]) if self._states("zero") else False
         noises = [
             float(np.hypot(noise(log), step(log.position) * _STEP))
             for log in (recording, replace(recording, position=motor))
@@ -165,7 +188,7 @@ class TwoMassRig(ComposedRig):
         weight = noises[0] / noises[1] if min(noises) > 0.0 else 1.0
         score = track.score.copy()
         score[: _forgotten(motor - recording.position, rows)] = 0.0
-        reading = track.reading._replace(aligned=not stated)
+        reading = track.reading._replace(aligned=self.stated_zero is None)
         return tuple(
             track._replace(
                 measured=measured,
@@ -182,27 +205,58 @@ class TwoMassRig(ComposedRig):
             )
         )
 
-    def _states(self, name: str) -> bool:
-        return any(c.name == name for c in self.constants)
+    @property
+    def stated_zero(self) -> float | None:
+        """The zero of the motor's encoder, SI; None where each log tells it."""
+        value = self._value("zero", np.nan)
+        return value if np.isfinite(value) else None
+
+    @property
+    def per_load(self) -> float:
+        """What the motor's encoder shows for a unit of the load's position."""
+        return self._value("per_load", 1.0)
+
+    def _value(self, name: str, idle: float) -> float:
+        return next((c.value for c in self.constants if c.name == name), idle)
 
     def _motor_position(self, recording: Recording) -> Array | None:
         """The motor's position in a log, in the load's unit, (N,)."""
         if self.encoders != "both" or self.motor_column not in recording.extra:
             return None
-        per_load = self["per_load"] if self._states("per_load") else 1.0
-        motor: Array = np.asarray(recording.extra[self.motor_column], dtype=float) / per_load
+        self._check_scale(recording)
+        motor: Array = np.asarray(recording.extra[self.motor_column], dtype=float) / self.per_load
         if not np.isfinite(motor).all():
             raise InputError(
                 f"{recording.label}: {self.motor_column}: a position that is no finite number"
             )
         return motor
 
+    def _check_scale(self, recording: Recording) -> None:
+        """Refuse a motor's position that its head has in a unit of which nobody speaks.
+
+        Raises:
+            InputError: its head has mm, say, and no `per_load` is stated.
+        """
+        way, head = self.si_unit("position"), _HEAD_UNIT.search(self.motor_column)
+        if head is None or any(c.name == "per_load" for c in self.constants):
+            return
+        try:
+            factor = unit(head[1]).factor if convertible(head[1], way) else 1.0
+        except InputError:  # nobody knows that unit
+            return
+        if factor != 1.0:
+            raise InputError(
+                f"{recording.label}: {self.motor_column}: the motor's position is read as it is "
+                f"written: state what it shows for 1 {way} of the load, [sensor.motor] per_load = "
+                f"{1.0 / factor:.10g}, times the ratio where it counts the motor's own way"
+            )
+
     def _read(self, recording: Recording, motor: Array, start: Array, x0: float) -> SideReading:
         """How far the motor is ahead at a start, and what it shows more than the load's."""
         difference = motor - recording.position
         zero = float(np.mean(np.percentile(difference, _EXTREMES)))
-        if self._states("zero") and np.isfinite(self["zero"]):
-            zero = self["zero"]
+        if self.stated_zero is not None:
+            zero = self.stated_zero
         ahead = float(difference[start].mean()) - zero
         return SideReading(ahead=ahead, zero=float(motor[start].mean()) - x0 - ahead)
 
@@ -280,24 +334,30 @@ class TwoMassRig(ComposedRig):
     def equation(self, law: Law) -> Equation:
         """The parts and what drives them."""
         one = super().equation(law)
-        where = {
-            "load": "F_f the friction of the load",
-            "motor": "F_f,m the friction, on the motor's side",
-            "both": "F_f the friction of the load, F_f,m that of the motor's side",
-        }
-        encoder = {
-            c.name
-            for p in self.parts
-            if (p.role, p.name) == ("sensor", "motor")
-            for c in p.coefficients
-        }
+        signs, where = _FRICTIONS[self.friction_side]
+        absent = {"load": r" − F_f,m", "motor": r" − F_f(?!,)"}.get(self.friction_side, r"(?!)")
+        further = []
+        if self.commanded and self.encoders == "both":
+            zero = self.stated_zero or 0.0
+            further.append(constant("zero", zero, self.si_unit("position"), _ZERO, "each log"))
+        stated = {c.name for c in self.constants} | {q.name for q in self.params}
+        if "start" not in stated:
+            further.append(constant("start", 0.0, "", _START, "each log"))
         return replace(
             one,
             drive=TWO_MASSES,
-            text=f"{one.text};  {where[self.friction_side]}",
-            constants=tuple(name for name in one.constants if name not in encoder),
-            coefficients=self.coupled_coefficients,
+            text=f"{re.sub(absent, '', one.text)};  {where}",
+            friction=signs,
+            constants=tuple(n for n in one.constants if n not in READING),
+            coefficients=self._read_coefficients,
+            further=tuple(further),
         )
+
+    def _read_coefficients(self, values: Mapping[str, Any]) -> tuple[Any, ...]:
+        """The same as `coupled_coefficients`, with the zero of the motor's encoder."""
+        row = list(self.coupled_coefficients(values))
+        row[ZERO] = values.get("zero", 0.0)
+        return tuple(row)
 
 
 def two_masses(parts: Iterable[Part]) -> bool:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ...constant import Constant
 from ...errors import InputError
 from ...rig.equation import Equation
 from ...rig.motion.drives import NORMAL_LOAD, TEMPERATURE
@@ -24,6 +25,8 @@ from .unit_two_masses import OUT_FRICTION, RubbedSide
 _STEP, _TOLERANCE = 1e-3, 1e-7
 #: Speeds between which a law may fall, m/s or rad/s, and a step that is short enough for any, s.
 _SPEEDS, _SHORTEST = (1e-6, 10.0), 1e-6
+#: Quantities of a rig that act at the start alone.
+_AT_START = ("start",)
 #: SI units of those in which constants are shown.
 _SCALED = {"mm": "m", "um": "m", "ms": "s", "us": "s", "mrad": "rad", "deg": "rad"}
 
@@ -64,6 +67,7 @@ class Axis:
     Args:
         drive: What moves it, of `rig.motion.drives`.
         motion: Its equation of motion, in words and signs.
+        friction: Which of the signs is friction.
         row: The drive's constants: numbers, symbols, and functions of parts.
         values: Outputs, inputs, settings, the law's parameters, the rig's; value references
             count them.
@@ -72,6 +76,7 @@ class Axis:
 
     drive: int
     motion: str
+    friction: str
     row: Sequence[Any]
     values: tuple[Value, ...]
     sides: tuple[RubbedSide, RubbedSide] | None = None
@@ -114,7 +119,7 @@ def axis(model: Model) -> Axis:
         used_names.add(name)
         unique.append(replace(v, name=name))
     row = _coefficients(model, equation)
-    return Axis(equation.drive, equation.text, row, tuple(unique), _sides(model))
+    return Axis(equation.drive, equation.text, equation.friction, row, tuple(unique), _sides(model))
 
 
 def _sides(model: Model) -> tuple[RubbedSide, RubbedSide] | None:
@@ -132,26 +137,38 @@ def _sides(model: Model) -> tuple[RubbedSide, RubbedSide] | None:
 def _coefficients(model: Model, equation: Equation) -> Sequence[Any]:
     """The drive's row of constants, of the values of the unit as symbols."""
     params = model.parameters.every[len(model.law.params) :]
-    names = [*(q.name for q in params), *equation.constants]
+    further = (c.name for c in equation.further)
+    names = [*(q.name for q in params), *equation.constants, *further]
     symbols = {name: Symbol(f"r[R_{identifier(name)}]") for name in names}
     return equation.coefficients(symbols)
 
 
 def _outputs(model: Model, equation: Equation) -> Iterator[Value]:
     way = "rad" if model.rig.rotary else "m"
-    yield Value("position", "output", way, "position")
-    yield Value("velocity", "output", model.speed_unit, "velocity")
+    of_load = " of the load" if isinstance(model.rig, TwoMassRig) else ""
+    yield Value("position", "output", way, f"position{of_load}")
+    yield Value("velocity", "output", model.speed_unit, f"velocity{of_load}")
     yield Value("drive", "output", model.force_unit, equation.drive_doc)
     rubs = "friction, with the sign of the velocity; at rest, of the pull that it balances"
     if not isinstance(model.rig, TwoMassRig):
         yield Value("friction", "output", model.force_unit, rubs)
         return
-    yield Value("motor_position", "output", way, "position of the motor, at the load")
+    yield Value("motor_position", "output", way, _position_of_motor(model.rig))
     yield Value("motor_velocity", "output", model.speed_unit, "velocity of the motor, at the load")
     yield Value("coupling", "output", model.force_unit, "of the spring, from the motor on the load")
     names = {"motor": ("friction_motor",), "load": ("friction",)}
     for name in names.get(model.rig.friction_side, ("friction", "friction_motor")):
         yield Value(name, "output", model.force_unit, rubs)
+
+
+def _position_of_motor(rig: TwoMassRig) -> str:
+    """What the position of the motor is, and what an encoder there shows of it."""
+    words = "position of the motor, at the load"
+    if rig.encoders == "motor":
+        return f"{words}: what the encoder shows, and the rig calls its position"
+    if rig.encoders == "both":
+        return f"{words}; its encoder shows {rig.per_load:.10g} (motor_position + zero)"
+    return words
 
 
 def _inputs(model: Model, equation: Equation) -> Iterator[Value]:
@@ -173,11 +190,12 @@ def _inputs(model: Model, equation: Equation) -> Iterator[Value]:
 def _settings(model: Model, equation: Equation) -> Iterator[Value]:
     """Where it starts, and how it is stepped: fixed when the simulation begins."""
     way = "rad" if model.rig.rotary else "m"
+    of_load = " of the load" if isinstance(model.rig, TwoMassRig) else ""
     rig_has = {c.name: c.value for c in model.rig.constants}
     step = _longest(model, equation, rig_has.get("step", _STEP))
     for name, written, doc, start in (
-        ("position_start", way, "position at the start", 0.0),
-        ("velocity_start", model.speed_unit, "velocity at the start", 0.0),
+        ("position_start", way, f"position{of_load} at the start", 0.0),
+        ("velocity_start", model.speed_unit, f"velocity{of_load} at the start", 0.0),
         ("step", "s", "longest step inside a communication step", step),
         ("tolerance", way, "way by which such a step may be off",
          rig_has.get("tolerance", _TOLERANCE)),
@@ -219,6 +237,7 @@ def _identified(model: Model) -> Iterator[Value]:
             value,
             q.lower if inside else None,
             q.upper if inside else None,
+            fixed=i >= k and q.name in _AT_START,
             symbol="" if i < k else symbol,
         )
 
@@ -238,11 +257,15 @@ def known(model: Model, q: Param) -> str:
 def _constants(model: Model, equation: Equation) -> Iterator[Value]:
     for c in model.rig.constants:
         if c.name in equation.constants and not math.isnan(c.value):
-            name = identifier(c.name)
-            yield Value(
-                name, "parameter", si(c.unit), f"{c.doc}; a constant of the rig", c.value,
-                symbol=name,
-            )  # fmt: skip
+            yield _constant(c, f"{c.doc}; a constant of the rig")
+    for c in equation.further:
+        yield _constant(c, c.doc)
+
+
+def _constant(c: Constant, doc: str) -> Value:
+    name = identifier(c.name)
+    fixed = c.name in _AT_START
+    return Value(name, "parameter", si(c.unit), doc, c.value, fixed=fixed, symbol=name)
 
 
 def si(written: str) -> str:

@@ -119,13 +119,13 @@ def page(model: Model, axis: Axis, name: str) -> str:
         f"<td>{html.escape(v.unit)}</td><td>{html.escape(v.doc)}</td></tr>"
         for v in axis.values
     )
-    head = html.escape("\n".join(model.head()))
+    head = html.escape("\n".join(model.head(whole=True)))
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{html.escape(name)}</title></head>
 <body>
 <h1>{html.escape(name)}</h1>
-<p>{html.escape(axis.motion)}; F_f is the friction.</p>
+<p>{html.escape(axis.motion)}; {html.escape(axis.friction)}.</p>
 <table>
 <tr><th>variable</th><th></th><th>start</th><th>unit</th><th>meaning</th></tr>
 {rows}

@@ -11,6 +11,18 @@ from .part import Part
 from .transmissions import ratio
 
 
+def motor_turns(parts: Iterable[Part], *, rotary: bool) -> bool:
+    """Whether the motor of an axis turns: of any rotary one, and in front of a screw."""
+    return rotary or any(p.role == "transmission" and p.name == "screw" for p in parts)
+
+
+def in_units(parts: Iterable[Part], *, rotary: bool) -> tuple[Part, ...]:
+    """The parts of an axis with the units that their coefficients have there."""
+    parts = tuple(parts)
+    turning = motor_turns(parts, rotary=rotary)
+    return tuple(p.on(rotary=rotary, turning=turning) for p in parts)
+
+
 def completed(parts: Iterable[Part], values: Mapping[str, Any]) -> dict[str, Any]:
     """The values of the parts' coefficients, idle ones where nobody states them, and the ratio."""
     # A drive's chain has constants of its own, as a lead, which are no coefficients of a part.

@@ -58,6 +58,7 @@ PD = Part(
     function=proportional,
     constants=_pd,
     commanded=True,
+    takes_velocity=True,
     follows_velocity=True,
 )
 
@@ -98,6 +99,7 @@ CASCADE = Part(
     function=proportional,
     constants=lambda values: (values["kv"] * values["kp"], values["kv"]),
     commanded=True,
+    takes_velocity=True,
 )  # fmt: skip
 
 PWM = Part(

@@ -12,12 +12,13 @@ from .part import Coefficient, Part
 
 _ARMATURE = Coefficient(
     "armature", "kg", "inertia of the rotor, at the motor's shaft", 0.0, 0.0, 1e4,
-    rotary="kg m**2", symbol="J_a", least=0.0,
+    rotary="kg m**2", symbol="J_a", least=0.0, at_motor=True,
 )  # fmt: skip
 _FRICTION = Coefficient("F_fm", "N", "Coulomb friction of the motor, at the load", 0.0, 0.0, 1e4,
                         rotary="N m", least=0.0)  # fmt: skip
 _TORQUE_CONSTANT = Coefficient("k_t", "N/A", "force per ampere", lower=1e-4, upper=1e3, log=True,
-                               rotary="N m/A", positive=True, symbol="k_t")  # fmt: skip
+                               rotary="N m/A", positive=True, symbol="k_t",
+                               at_motor=True)  # fmt: skip
 _CURRENT_LIMIT = Coefficient("I_max", "A", "largest current", np.inf,
                              positive=True)  # fmt: skip
 
@@ -50,7 +51,7 @@ FORCE = Part(
     equation="F_m = clip(n demand, ±n F_max)",
     coefficients=(
         Coefficient("F_max", "N", "largest force of the motor", np.inf,
-                    rotary="N m", positive=True),
+                    rotary="N m", positive=True, at_motor=True),
         _ARMATURE, _FRICTION,
     ),
     terms=lambda values: _terms(values["ratio"] * values["F_max"], values),

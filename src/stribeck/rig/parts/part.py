@@ -41,6 +41,7 @@ class Coefficient:
         log: Whether the range is searched on a logarithmic scale.
         symbol: How a figure prints it.
         rotary: Unit on a rotary axis, where that is another.
+        at_motor: Whether that is its unit wherever the motor turns, as behind a screw.
         positive: Whether nothing can be simulated with a value of 0 or below.
         least: Least value that such a thing can have.
         most: Greatest.
@@ -58,6 +59,7 @@ class Coefficient:
     log: bool = False
     symbol: str = ""
     rotary: str = ""
+    at_motor: bool = False
     positive: bool = False
     least: float = -np.inf
     most: float = np.inf
@@ -68,6 +70,18 @@ class Coefficient:
     def written(self, rotary: bool) -> str:
         """Its SI unit on an axis of a kind."""
         return self.rotary if rotary and self.rotary else self.unit
+
+    def on(self, *, rotary: bool, turning: bool) -> Self:
+        """The same quantity in its unit on an axis of a kind.
+
+        Args:
+            rotary: Whether the axis turns.
+            turning: Whether its motor does.
+        """
+        written, stated = self.written(turning if self.at_motor else rotary), self.constant
+        if stated is not None and stated.unit == self.unit:  # else it is of its axis already
+            stated = replace(stated, unit=written)
+        return replace(self, unit=written, rotary="", constant=stated)
 
     def known(
         self,
@@ -111,12 +125,11 @@ class Coefficient:
         """Whether it is to be identified: as stated, or because an axis cannot do without."""
         return self.free or (self.constant is None and self.idle is None)
 
-    def param(self, rotary: bool) -> Param:
+    def param(self) -> Param:
         """It as a parameter of a rig."""
         return Param(
-            self.name, self.lower, self.upper, self.written(rotary), self.symbol, self.log,
-            doc=self.doc,
-        )  # fmt: skip
+            self.name, self.lower, self.upper, self.unit, self.symbol, self.log, doc=self.doc
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +152,8 @@ class Part:
             a unit of position, and these amplitudes at the load.
         slot: Where it acts; by default where its role does, a load by its position alone.
         commanded: Whether it needs a commanded position.
-        follows_velocity: Whether it needs the command's velocity, too, which is the command's
-            slope where a log has none.
+        takes_velocity: Whether it takes the command's velocity, too; none where a log has none.
+        follows_velocity: Whether it needs that, which is the command's slope where a log has none.
         drive: What a log has to tell where there is no controller: "force", "current" or
             "voltage"; empty for what is no motor.
         rotary: Whether it is of rotary axes alone (True), of linear ones (False), or of both.
@@ -158,6 +171,7 @@ class Part:
     wave: tuple[str, str, str] | None = None
     slot: Slot | None = None
     commanded: bool = False
+    takes_velocity: bool = False
     follows_velocity: bool = False
     drive: str = ""
     rotary: bool | None = None
@@ -180,6 +194,11 @@ class Part:
         if self.function is None:
             return None
         return Stage(self.slot or _SLOTS[self.role], self.function, self.constants(values))
+
+    def on(self, *, rotary: bool, turning: bool) -> Self:
+        """The same part with the units of an axis of a kind; see `Coefficient.on`."""
+        units = {"rotary": rotary, "turning": turning}
+        return replace(self, coefficients=tuple(c.on(**units) for c in self.coefficients))
 
     def with_coefficients(self, *stated: Coefficient) -> Self:
         """The same part with other values or ranges of some coefficients."""

@@ -18,9 +18,9 @@ def waves(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float
     return force - c[1] * o - c[2] * s - c[3] * o_2 - c[4] * s_2
 
 
-def _amplitude(name: str, doc: str) -> Coefficient:
+def _amplitude(name: str, doc: str, *, at_motor: bool = False) -> Coefficient:
     """An amplitude that is 0 where nobody speaks of it."""
-    return Coefficient(name, "N", doc, 0.0, -1e4, 1e4, rotary="N m")
+    return Coefficient(name, "N", doc, 0.0, -1e4, 1e4, rotary="N m", at_motor=at_motor)
 
 
 RIPPLE = Part(
@@ -60,8 +60,8 @@ MOTOR_RIPPLE = Part(
     coefficients=(
         Coefficient("cog_order", "", "periods in a turn of the motor (in 2π m of a linear one)",
                     lower=1.0, upper=1000.0, log=True, positive=True),
-        _amplitude("cog_cos", "its cosine, at the motor"),
-        _amplitude("cog_sin", "its sine, at the motor"),
+        _amplitude("cog_cos", "its cosine, at the motor", at_motor=True),
+        _amplitude("cog_sin", "its sine, at the motor", at_motor=True),
     ),
     function=waves,
     constants=_cogging,

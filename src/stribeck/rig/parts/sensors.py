@@ -22,7 +22,7 @@ MOTOR = Part(
     name="motor",
     role="sensor",
     doc="an encoder at the motor of an axis with two masses",
-    equation="q_m as logged = per_load q_m + zero",
+    equation="q_m as logged = per_load (q_m + zero)",
     coefficients=(
         Coefficient("per_load", "", "what it shows for 1 m (1 rad) of the load", 1.0, positive=True,
                     setting=True),
