@@ -269,16 +269,7 @@ def synchronised(
     moved = data.advanced(parameters.rig, applied)
     recordings, rows, solved = _solved(parameters, moved)
     for passes_left in reversed(range(_PASSES)):
-        left = _looked_for(solved, recordings, rows)
-        release(solved.system.samples)
-        evidence = _evidence(parameters, moved, left)
-        if evidence == "worse":  # what is far from the motion is not it: what is near by may be
-            left = _looked_for(solved, recordings, rows, near=True)
-            evidence = _evidence(parameters, moved, left)
-        if evidence == "worse":
-            left = replace(left, error=max(left.error, abs(left.seconds)))
-        elif evidence == "unsure" and certain(left):
-            left = replace(left, error=max(left.error, abs(left.seconds) / LIKELY))
+        left = _weighed(parameters, moved, solved, recordings, rows)
         looked = looked or left
         if not certain(left) or left.at_edge or drifts(left):
             break
@@ -304,6 +295,29 @@ def synchronised(
     )
 
 
+def _weighed(
+    parameters: Parameters,
+    data: DataSplit,
+    solved: Balance,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows | None],
+) -> ChannelDelay:
+    """The delay that solved logs show, certain or likely only as far as the model is better for it.
+
+    What is far from the motion and leaves more is not it: what is near by may be.
+    """
+    left = _looked_for(solved, recordings, rows)
+    evidence = _evidence(parameters, data, left)
+    if evidence == "worse":
+        left = _looked_for(solved, recordings, rows, near=True)
+        evidence = _evidence(parameters, data, left)
+    if evidence == "worse":
+        return replace(left, error=max(left.error, abs(left.seconds)))
+    if evidence == "unsure" and certain(left):
+        return replace(left, error=max(left.error, abs(left.seconds) / LIKELY))
+    return left
+
+
 def _looked_for(
     solved: Balance,
     recordings: Sequence[Recording],
@@ -313,6 +327,7 @@ def _looked_for(
 ) -> ChannelDelay:
     """The delay that solved logs show, with an error that holds."""
     left = channel_delay(solved, near=near)
+    release(solved.system.samples)
     return _confirmed(left, solved, recordings, rows, near=near) if certain(left) else left
 
 
