@@ -51,13 +51,14 @@ def test_steps_of_a_coarse_sensor_are_seen(speeds: tuple[float, ...], size: floa
     kept = np.random.default_rng(0).random(len(x)) < 0.6
     kept[len(x) // 3 : len(x) // 2] = False  # rows that were lost
     assert step(x[kept]) == pytest.approx(size, rel=1e-6)
-    assert step(np.round(x, 5 if size > 1e-4 else 6)) == pytest.approx(size, rel=1e-6)
+    printed: Array = np.round(x, 5 if size > 1e-4 else 6)
+    assert step(printed) == pytest.approx(size, rel=1e-6)
 
 
 def test_steps_that_were_printed_in_few_digits_are_seen() -> None:
     """Counts of 45.8 um in hundredths of a millimetre: neighbours are 4 or 5 apart."""
     size = 3.0 / 2**16
-    x = np.round(position((0.05, -0.1, 0.2), size), 5)
+    x: Array = np.round(position((0.05, -0.1, 0.2), size), 5)
     assert step(x) == pytest.approx(size, rel=1e-3)
 
 

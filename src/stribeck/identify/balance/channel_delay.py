@@ -116,8 +116,8 @@ def channel_delay(solution: Balance, *, near: bool = False) -> ChannelDelay:
     places = best_lags(sums, least)
     W, rest = columns(solution)
     one = np.zeros_like(parts)
-    near = np.array([_vertex(lags, variance, least)])
-    whole = _Linearised(solution, W, rest, one, row).refined(near)
+    first = np.array([_vertex(lags, variance, least)])
+    whole = _Linearised(solution, W, rest, one, row).refined(first)
     lag = float(whole.lags[0])
     start = np.where(np.abs(lags[places] - lags[least]) <= row, lag, lags[places])
     alike = whole.moved if np.ptp(start) == 0.0 else None
