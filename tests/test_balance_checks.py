@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from foreign import driven
+from foreign.friction import coulomb_viscous
+from foreign.strokes import levels
 from stribeck import Recording, identify, read
 from stribeck.data.force_channel import both_ways, spikes
 from stribeck.rig import RIGS
@@ -135,6 +138,25 @@ def test_one_speed_cannot_tell_viscous_from_coulomb() -> None:
     fit = fitted(x, force)
     assert "narrow" in faults(fit)
     assert "narrow" not in faults(fitted(x, force, fixed={"F_V": 50.0}))
+
+
+def test_speeds_whose_ramps_tell_viscous_friction_are_not_too_narrow() -> None:
+    """Strokes of one speed that start and stop in 0.15 and 0.3 s show both to some per mille."""
+    t, command = levels([(0.1, 1.0, 0.15), (-0.1, 1.0, 0.3)] * 4)
+    curve, loop = coulomb_viscous(30.0, 100.0), driven.Loop(kp=4e4, kd=2e3, mass_ff=20.0, tick=1e-5)
+    run = driven.simulate(20.0, curve, curve, loop, t, command)._asdict()
+    noise = np.random.default_rng(1).standard_normal((2, len(t)))
+    told, hidden = (
+        identify(Recording(t, run["position"], force=run["force"] + sd * own), rig="forced")
+        for sd, own in zip((0.2, 40.0), noise, strict=True)
+    )
+    for e, truth in zip(told.estimates, (30.0, 100.0), strict=False):
+        assert e.verdict == "identified"
+        assert e.value == pytest.approx(truth, rel=0.02)
+    assert "narrow" not in faults(told)
+    assert "narrow" in faults(hidden)
+    advice = next(w for w in hidden.warnings if FAULTS["narrow"] in w)
+    assert "log other speeds, too, or hold the one that is known" in advice
 
 
 def test_few_speeds_for_a_curve_and_many() -> None:

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from foreign import cylinder, sensors
+from foreign.strokes import strokes
 from stribeck import InputError, Recording, cli, identify, read, read_card, validate
 from stribeck.friction import LAWS, law_named
 from stribeck.identify.balance.balance import balance
@@ -57,6 +59,29 @@ def test_everything_comes_back_and_pressure_is_told_per_bar() -> None:
     assert estimates["mu_p"].verdict == "identified"
     assert estimates["mu_p"].low < TRUTH[2] < estimates["mu_p"].high
     assert not any("does not follow one law" in w for w in fit.warnings)
+
+
+@pytest.mark.parametrize("ripple", [0.0, 0.5])
+def test_a_pressure_that_is_the_noise_of_its_sensor_tells_nothing(ripple: float) -> None:
+    """At 4 bar its force is 196 N of an offset, and friction has a share that is any."""
+    axis = cylinder.Cylinder(M=5.0, F_C=20.0, F_V=200.0, mu_p=4e-5)
+    t, _, speed = strokes(np.array([0.05, 0.1, 0.2]), 0.1, ramp=0.2)
+    rng = np.random.default_rng(2)
+    run = cylinder.simulate(axis, t, speed, 1e5 * (4.0 + ripple * np.sin(0.9 * t)))._asdict()
+    run = sensors.noisy(sensors.noisy(run, "force", 0.3, rng), "pressure", 500.0, rng)
+    measured = Recording(run["t"], run["position"], force=run["force"], pressure=run["pressure"])
+    fit = identify(measured, rig=CYLINDER.set(bore=25.0))
+    told = [w for w in fit.warnings if "the pressure does not change" in w]
+    verdicts = {e.name: e.verdict for e in fit.estimates}
+    if ripple:
+        assert told == []
+        assert {verdicts["F_C"], verdicts["mu_p"]} == {"identified"}
+        return
+    assert "nothing tells F_C, mu_p, offset and b apart" in told[0]
+    assert "identified" not in {verdicts[n] for n in ("F_C", "mu_p", "offset", "b")}
+    assert {verdicts["F_V"], verdicts["M"]} == {"identified"}
+    held = identify(measured, rig=CYLINDER.set(bore=25.0), fixed={"mu": 4e-5, "b": 0.0})
+    assert not any("the pressure does not change" in w for w in held.warnings)
 
 
 def test_the_bore_moves_what_the_pressure_drives_and_its_tolerance_widens_that() -> None:

@@ -57,6 +57,14 @@ def test_a_fine_position_is_kept() -> None:
     assert '"velocity":' not in fit.card().text()
 
 
+def test_a_velocity_that_leaves_little_less_is_not_used_and_that_is_said() -> None:
+    text = sentence(identify(log(1.5e-3, 1e-4), rig="forced"))
+    assert text.startswith("the recorded velocity is not used")
+    by_channel, by_position = (float(part.split()[-1]) for part in text.split(" %")[:2])
+    assert 0.8 * by_position < by_channel < by_position
+    assert "it is used below 80 % of that" in text
+
+
 def test_refusals() -> None:
     fine = log(1e-7, 1e-4)
     with pytest.raises(InputError, match="give auto, recorded, position"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .clock import Array
@@ -38,6 +40,24 @@ def sines(
     """A sum of sines, each at zero at first."""
     t = even(span, dt)
     return t, np.sin(2.0 * np.pi * np.outer(t, frequencies)) @ np.asarray(amplitudes, float)
+
+
+def levels(runs: Sequence[tuple[float, float, float]], dt: float = 1e-3) -> tuple[Array, Array]:
+    """Times and positions of speeds that are held in turn, from rest.
+
+    Args:
+        runs: A speed, for how long it is held, and how long the way to it takes, each.
+        dt: From sample to sample.
+    """
+    speeds = [np.zeros(1)]
+    for speed, span, rise in runs:
+        share = np.arange(1, round(rise / dt) + 1) * dt / rise
+        before = speeds[-1][-1]
+        speeds.append(before + (speed - before) * share**2 * (3.0 - 2.0 * share))
+        speeds.append(np.full(round(span / dt), speed))
+    v = np.concatenate(speeds)
+    steps = 0.5 * dt * (v[1:] + v[:-1])
+    return dt * np.arange(len(v)), np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def ramp(span: float, speed: float) -> tuple[Array, Array]:

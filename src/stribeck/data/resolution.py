@@ -29,6 +29,10 @@ _TURNING = 0.5
 _LEFT, _OFTEN, _FEWEST = 1.5, 0.3, 10
 #: How many times as coarse large values are that are rounded to digits, a tenth and some margin.
 _DIGIT = 5.0
+#: Values lie on a comb if this share of them is within a quarter of its increment; of how many
+#: values that is seen, and by how many quarters of a tooth over all of them its increment may be
+#: off.
+_ON, _QUARTER, _LOOKED_AT, _SLIPS = 0.98, 0.25, 2000, 256
 #: A sensor that holds its values keeps most of them for times within this ratio.
 _REGULAR = 3.0
 _QUIET, _QUIET_SD = 0.3, 0.3853  # 30 % of a normal distribution lie within 0.3853 sd
@@ -79,8 +83,10 @@ def step(values: Array) -> float:
     """The quantisation step of a channel: the increment whose multiples its values are, or 0.
 
     Values of a quantised channel lie on a comb, so most neighbours among the distinct values are
-    small multiples of one increment; those of a continuous one are not. Where values are rounded to
-    so many digits, the increment grows with them: it is that of the larger half.
+    small multiples of one increment, and all of them are; those of a continuous one are not. At a
+    constant speed the samples of a continuous one are a comb, too, but each run is another. Where
+    values are rounded to so many digits, the increment grows with them: it is that of the larger
+    half.
     """
     values = stretches(values)
     fine = _increment(values)
@@ -93,20 +99,26 @@ def step(values: Array) -> float:
 
 
 def _increment(values: Array) -> float:
-    gaps = np.diff(np.unique(values))
+    distinct = np.unique(values)
+    some, gaps = distinct[:: -(-len(distinct) // _LOOKED_AT)].copy(), np.diff(distinct)
+    del distinct  # of a long log it is much to keep
     gaps = gaps[gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
     if len(gaps) < 4:  # noqa: PLR2004 - fewer distinct values show no comb
         often = np.count_nonzero(np.diff(values)) > 3 * len(gaps)  # flickers, is not set anew
         return float(gaps.min()) if len(gaps) and often else 0.0
     least = float(np.quantile(gaps, 0.1))  # a printed step is 4 here and 5 there: take their mean
     increment, off = _comb(gaps, float(gaps[gaps < 1.6 * least].mean()), 8 * least)
-    if off < 0.25:  # noqa: PLR2004 - half of that is what chance gives
+    regular = off < 0.25  # noqa: PLR2004 - half of that is what chance gives
+    if regular and _holds(some, increment):
         return increment
     for k in range(2, 6):  # in fast motion neighbours may be some steps apart
         increment, off = _comb(gaps, least / k, 8 * least)
-        if off < 0.1 and len(gaps) > 20:  # noqa: PLR2004 - finer combs fit more by chance
+        fine = off < 0.1 and len(gaps) > 20  # noqa: PLR2004 - finer combs fit more by chance
+        if fine and _holds(some, increment):
             return increment
-    return 0.0
+    # at constant speeds the way per sample hides the sensor's steps but for starts and stops
+    finest = float(gaps.min())
+    return finest if regular and _holds(some, finest) else 0.0
 
 
 def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:
@@ -117,6 +129,25 @@ def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:
     for _ in range(2):
         guess = float(small.sum() / max(np.rint(small / guess).sum(), 1.0))
     return guess, float(np.quantile(np.abs(small / guess - np.rint(small / guess)), 0.9))
+
+
+def _holds(some: Array, increment: float) -> bool:
+    """Whether distinct values, in order, lie on one comb, and not those of each run on another.
+
+    Its increment is known but for some teeth over all of the values: it is where these are most of
+    one phase.
+    """
+    x = some - some[0]
+    span = float(x[-1])
+    slips = np.arange(-_SLIPS, _SLIPS + 1)
+    teeth = span / increment + slips[np.abs(slips) < 2.0 * span / increment] / 4.0
+    phasors = np.array([np.exp(2j * np.pi * k / span * x).mean() for k in teeth])
+    best = int(np.argmax(np.abs(phasors)))
+    place = x * (teeth[best] / span) - np.angle(phasors[best]) / (2.0 * np.pi)
+    tooth = np.rint(place)
+    slope, start = np.polyfit(tooth, place, 1)
+    off = np.abs(place - slope * tooth - start)
+    return bool(np.quantile(off, _ON) < _QUARTER)
 
 
 @_remembered

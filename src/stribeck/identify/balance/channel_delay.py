@@ -93,14 +93,19 @@ class ChannelDelay:
         return abs(self.seconds) > 0.98 * self.reach
 
 
-def channel_delay(solution: Balance) -> ChannelDelay:
-    """The delay that explains solved logs best, with those of their parts."""
+def channel_delay(solution: Balance, *, near: bool = False) -> ChannelDelay:
+    """The delay that explains solved logs best, with those of their parts.
+
+    Args:
+        solution: The balance of the logs.
+        near: Only about where they are, not over the length of a stroke.
+    """
     balanced, solution = solution, _apart_from_reversals(solution)
     system = solution.system
     row = 1.0 / min(log.row_rate for log in system.logs)
     parts, labels = _parts(system)
     reach = _reach(system)
-    count = max(int(reach / row), 1)
+    count = 1 if near else max(int(reach / row), 1)
     lags: Array = row * np.arange(-count, count + 1, dtype=float)
     sums = lag_sums(solution, lags, parts)
     total = sums[0]
@@ -111,8 +116,8 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     places = best_lags(sums, least)
     W, rest = columns(solution)
     one = np.zeros_like(parts)
-    near = np.array([_vertex(lags, variance, least)])
-    whole = _Linearised(solution, W, rest, one, row).refined(near)
+    first = np.array([_vertex(lags, variance, least)])
+    whole = _Linearised(solution, W, rest, one, row).refined(first)
     lag = float(whole.lags[0])
     start = np.where(np.abs(lags[places] - lags[least]) <= row, lag, lags[places])
     alike = whole.moved if np.ptp(start) == 0.0 else None
@@ -139,7 +144,7 @@ def channel_delay(solution: Balance) -> ChannelDelay:
             apart.lags - lag, apart.errors, ratios(sums, places, least), span=sum(spans)
         ),
         labels=labels,
-        reach=float(lags[-1]),
+        reach=row * max(int(reach / row), 1),
         sample=1.0 / min(log.rate for log in system.logs),
         slopes=_slopes(balanced, lag, float(np.clip(HALF_WIDTH * error, _SPAN * row, _FAR * row))),
         share=share,

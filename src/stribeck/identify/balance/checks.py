@@ -29,6 +29,7 @@ from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
 from .balance import NOTHING
 from .clustered_errors import clustered_errors
+from .constant_pressure import constant_pressure
 from .curve_prior import chord_errors
 from .cut_off_voltage import cut_off_voltage
 from .modelled_force import force_signal
@@ -119,6 +120,9 @@ def check_balance(
     system = solution.system
     at_cutoffs, errors = cutoffs(recordings, solution, synchrony.rows, bias)
     of_logs, clustered = clustered_errors(solution, differing.known_alone)
+    errors = np.hypot(np.fmax(errors, clustered), chord_errors(system, solution.values))
+    errors += np.abs(path_shifts(solution)) / HALF_WIDTH
+    widened = synchrony.widened(errors)
     faults: list[tuple[Condition, str, bool]] = [
         *(("data", function_of_position(log), True) for log in recordings),
         *(("model", hidden_load(log, system), True) for log in recordings),
@@ -126,19 +130,18 @@ def check_balance(
         ("model", offset(system, solution), False),
         ("data", spikes(system, solution), False),
         ("model", gravity(system, solution), True),
-        *(("data", sentence, False) for sentence in speeds(system, solution)),
+        *(("data", sentence, False) for sentence in speeds(system, solution, widened)),
         ("data", of_logs, False),
         ("model", at_cutoffs, False),
     ]
     violations = [Violation(c, sentence, caps=caps) for c, sentence, caps in faults if sentence]
     if system.law.states:
         violations += stiffness_unseen(system)
+    violations += constant_pressure(solution, recordings, synchrony.rows)
     gate = data_violations(system.rig, recordings, synchrony.rows)
     cut_off = cut_off_voltage(solution, recordings, synchrony.rows)
     gate += [Violation("data", sentence) for sentence in cut_off]
-    errors = np.hypot(np.fmax(errors, clustered), chord_errors(system, solution.values))
-    errors += np.abs(path_shifts(solution)) / HALF_WIDTH
-    return BalanceChecks((*gate, *synchrony.violations(), *violations), synchrony.widened(errors))
+    return BalanceChecks((*gate, *synchrony.violations(), *violations), widened)
 
 
 def unexplained(solution: balance.Balance) -> str:
@@ -318,8 +321,14 @@ def function_of_position(recording: Recording) -> str:
     )
 
 
-def speeds(system: System, solution: balance.Balance) -> list[str]:
-    """Speeds that cannot tell F_V from F_C, or are too few for a curve."""
+def speeds(system: System, solution: balance.Balance, errors: Array) -> list[str]:
+    """Speeds that do not tell F_V from F_C, or are too few for a curve.
+
+    Args:
+        system: The logs and the model.
+        solution: Their balance.
+        errors: Standard errors for the intervals of all parameters, (k,).
+    """
     free = {n.rstrip("+-") for n in solution.free}
     v = np.concatenate([log.pick(log.v) for log in system.logs])
     by_direction = [np.abs(v[sign * v > 0]) for sign in (1, -1) if (sign * v > 0).sum() > _FEW]
@@ -327,12 +336,13 @@ def speeds(system: System, solution: balance.Balance) -> list[str]:
     narrow = bool(by_direction) and all(
         np.quantile(w, 0.9) < ONE_SPEED * np.quantile(w, 0.1) for w in by_direction
     )
-    if narrow and {"F_C", "F_V"} <= free:
+    if narrow and {"F_C", "F_V"} <= free and not _told_apart(solution, errors, np.abs(v)):
         shown = unit(system.rig.shows.get("velocity", "m/s"))
         low, high = (float(shown.from_si(np.quantile(np.abs(v), q))) for q in (0.1, 0.9))
         sentences.append(
             f"the speeds are too narrow to tell F_V from F_C ({low:.3g} to {high:.3g} "
-            f"{shown.written}): hold one, as with {option('fixed', {'F_V': 0})}"
+            f"{shown.written}): log other speeds, too, or hold the one that is known "
+            f"({option('fixed', {'F_V': 0})} where nothing is viscous)"
         )
     if (
         curved(system)
@@ -343,6 +353,16 @@ def speeds(system: System, solution: balance.Balance) -> list[str]:
             "record strokes at more speeds, some of them slow"
         )
     return sentences
+
+
+def _told_apart(solution: balance.Balance, errors: Array, speed: Array) -> bool:
+    """Whether each of F_C and F_V v is known to a tenth of both, whatever the speeds are."""
+    usual, level, halves = float(np.median(speed)), 0.0, list[float]()
+    for name, at in (("F_C", 1.0), ("F_V", usual)):
+        places = [i for i in solution.system.free if solution.names[i].rstrip("+-") == name]
+        level += at * float(np.abs(solution.values[places]).min())
+        halves += (at * HALF_WIDTH * errors[places]).tolist()
+    return bool(np.all(np.array(halves) <= IDENTIFIED * level))
 
 
 def curved(system: System) -> bool:

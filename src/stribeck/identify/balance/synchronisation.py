@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ...units import unit
 from ...wording import option
 from ..conditions import Violation
 from ..data_split import DataSplit
-from ..uncertainty.covariance import HALF_WIDTH
+from ..uncertainty.covariance import HALF_WIDTH, correlation_time
 from ..uncertainty.verdict import IDENTIFIED
 from .balance import NOTHING, Balance, balance
 from .channel_delay import ChannelDelay, channel_delay
@@ -86,6 +86,8 @@ class Synchronised:
 
     def _delays(self) -> list[Violation]:
         left = self.left
+        if self.known is not None:
+            return [*self._applied(), *self._contradicted()]
         if left.at_edge and certain(left):
             return [_fault(_edge(left))]
         if drifts(left):
@@ -95,10 +97,9 @@ class Synchronised:
             return [_fault(_filter(filtered))]
         violations = [*self._applied(), *self._ambiguous()]
         if certain(left):
-            moves = f": {option('delay', 'auto')} moves it back"
-            advice = "" if self.known is not None else moves
             still = " still" if self.data.delay else ""
-            violations.append(_fault(f"the force is{still} {_interval(left)}{advice}"))
+            moves = f": {option('delay', 'auto')} moves it back"
+            violations.append(_fault(f"the force is{still} {_interval(left)}{moves}"))
         elif self.undecided:
             violations.append(_fault(_undecided(left)))
         elif names := self._moved_by_likely():
@@ -111,13 +112,35 @@ class Synchronised:
             violations.append(Violation("data", assumed, caps=False))
         return violations
 
+    def _contradicted(self) -> list[Violation]:
+        """What the logs show against a delay that was said, which holds for all that.
+
+        A filter on a channel is no delay, and a fault whatever was said of one.
+        """
+        left, filtered = self.left, self.filtered
+        if filtered is not None and filtered.ratio < CLEARLY:
+            return [_fault(_filter(filtered))]
+        still = " still" if self.data.delay else ""
+        if left.at_edge and certain(left):
+            text = _edge(left)
+        elif drifts(left):
+            text = _drift(left)
+        elif certain(left):
+            text = (
+                f"by the logs the force is{still} {_interval(left)}, against what was said of it: "
+                "if they are right, the estimates are not"
+            )
+        else:
+            return []
+        return [Violation("data", text, caps=False)]
+
     def _assumed(self) -> str:
         """What is taken of a delay that the logs do not show, where that rules an estimate.
 
         Empty where every delay that would move an estimate out of its interval would show.
         """
         left, solved = self.left, self.solved
-        if self.known is not None or self.data.delay or 100 * left.unexplained > NOTHING:
+        if self.data.delay or 100 * left.unexplained > NOTHING:
             return ""
         free = solved.system.free
         half = HALF_WIDTH * self.widened(solved.robust_errors)[free]
@@ -147,13 +170,16 @@ class Synchronised:
         """Standard errors of all parameters, (k,), with what a delay does that is left.
 
         A delay that the log shows and that is left where it is moves the estimates one way, so that
-        it adds to their errors; the rest of what it may be does so at random.
+        it adds to their errors; the rest of what it may be does so at random. Of one that was said
+        the log only tells where within its tolerance it is.
         """
         left = self.left
-        if self.known == 0.0 and not certain(left):
+        if self.known == 0.0:
             return errors
         shift, spread = 0.0, left.error
-        if self.known or not self.data.delay:
+        if self.known and abs(left.seconds) > HALF_WIDTH * float(np.hypot(self.known, left.error)):
+            spread = self.known  # what was said holds, and not what the logs say against it
+        elif self.known or not self.data.delay:
             unseen = (self.known or UNSEEN * left.sample) ** 2
             seen = max(left.error, 1e-12) ** 2
             shift = left.seconds * unseen / (unseen + seen)
@@ -201,9 +227,7 @@ class Synchronised:
     def _moved_by_likely(self) -> list[str]:
         """Names of what a delay that is likely moves out of its interval."""
         left, solved = self.left, self.solved
-        if 100 * left.unexplained > NOTHING:
-            return []
-        if abs(left.seconds) < max(LIKELY * left.error, HELD * left.sample):
+        if not likely(left):
             return []
         free = solved.system.free
         out = np.abs(left.slopes * left.seconds) > HALF_WIDTH * solved.robust_errors[free]
@@ -245,10 +269,7 @@ def synchronised(
     moved = data.advanced(parameters.rig, applied)
     recordings, rows, solved = _solved(parameters, moved)
     for passes_left in reversed(range(_PASSES)):
-        left = channel_delay(solved)
-        release(solved.system.samples)
-        if certain(left):
-            left = _confirmed(left, solved, recordings, rows)
+        left = _weighed(parameters, moved, solved, recordings, rows)
         looked = looked or left
         if not certain(left) or left.at_edge or drifts(left):
             break
@@ -274,6 +295,78 @@ def synchronised(
     )
 
 
+def _weighed(
+    parameters: Parameters,
+    data: DataSplit,
+    solved: Balance,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows | None],
+) -> ChannelDelay:
+    """The delay that solved logs show, certain or likely only as far as the model is better for it.
+
+    What is far from the motion and leaves more is not it: what is near by may be.
+    """
+    left = _looked_for(solved, recordings, rows)
+    evidence = _evidence(parameters, data, left)
+    if evidence == "worse":
+        left = _looked_for(solved, recordings, rows, near=True)
+        evidence = _evidence(parameters, data, left)
+    if evidence == "worse":
+        return replace(left, error=max(left.error, abs(left.seconds)))
+    if evidence == "unsure" and certain(left):
+        return replace(left, error=max(left.error, abs(left.seconds) / LIKELY))
+    return left
+
+
+def _looked_for(
+    solved: Balance,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows | None],
+    *,
+    near: bool = False,
+) -> ChannelDelay:
+    """The delay that solved logs show, with an error that holds."""
+    left = channel_delay(solved, near=near)
+    release(solved.system.samples)
+    return _confirmed(left, solved, recordings, rows, near=near) if certain(left) else left
+
+
+def _evidence(
+    parameters: Parameters, data: DataSplit, delay: ChannelDelay
+) -> Literal["better", "worse", "unsure", ""]:
+    """Whether the model explains logs better, or worse, once their force is moved by a delay.
+
+    Both balances are solved anew, of the same samples of the motion. What a move is worth is the
+    fall of the sum of squares, of so many residuals as are independent: two standard errors' worth
+    is what a delay takes off that is likely at least. Empty of a delay that is not likely, or that
+    differs from part to part.
+    """
+    if not likely(delay) or drifts(delay):
+        return ""
+    try:
+        moved = data.advanced(parameters.rig, delay.seconds)
+        logs = tuple(
+            log.cut(slice(*np.searchsorted(log.t, [own.t[0], np.nextafter(own.t[-1], np.inf)])))
+            for log, own in zip(data.recordings, moved.recordings, strict=True)
+        )
+        before, independent = _misfit(parameters, replace(data, recordings=logs))
+        after, independent_after = _misfit(parameters, moved)
+    except InputError:  # nothing is left of a log, or too few rows
+        return "unsure"
+    tiny = float(np.finfo(float).tiny)
+    fall = 2.0 * float(np.log(max(before, tiny) / max(after, tiny)))
+    gain = min(independent, independent_after) * fall
+    return "better" if gain > LIKELY**2 else "worse" if gain < -(LIKELY**2) else "unsure"
+
+
+def _misfit(parameters: Parameters, data: DataSplit) -> tuple[float, float]:
+    """Standard deviation of the residuals of logs, and how many of these are independent."""
+    _, _, solved = _solved(parameters, data)
+    release(solved.system.samples)
+    r = solved.residuals
+    return solved.residual_sd, len(r) / correlation_time(r, [len(g.t) for g in solved.system.logs])
+
+
 def _whole(moved: float, left: ChannelDelay, before: ChannelDelay) -> ChannelDelay:
     """The delay of logs that were moved by a time, of what is left, as far as these show it."""
     return replace(
@@ -290,6 +383,8 @@ def _confirmed(
     solved: Balance,
     recordings: Sequence[Recording],
     rows: Sequence[Rows | None],
+    *,
+    near: bool,
 ) -> ChannelDelay:
     """A delay with an error that holds at a lower cut-off, too.
 
@@ -305,7 +400,7 @@ def _confirmed(
         resolved = balance(recordings, parameters, filtering=lower, rows=rows, start=solved.values)
     except InputError:  # too few rows are left to tell
         return delay
-    other = channel_delay(resolved)
+    other = channel_delay(resolved, near=near)
     off = abs(delay.seconds - other.seconds)
     if off <= HALF_WIDTH * float(np.hypot(delay.error, other.error)):
         return delay
@@ -318,6 +413,12 @@ def certain(delay: ChannelDelay) -> bool:
     sure = errors > CERTAIN or (delay.share < MOSTLY and errors > LIKELY)
     explains = 100 * delay.unexplained < NOTHING
     return sure and explains and abs(delay.seconds) > HELD * delay.sample
+
+
+def likely(delay: ChannelDelay) -> bool:
+    """Whether a delay is longer than a held output makes, and as long as two errors at least."""
+    explains = 100 * delay.unexplained <= NOTHING
+    return explains and abs(delay.seconds) >= max(LIKELY * delay.error, HELD * delay.sample)
 
 
 def drifts(delay: ChannelDelay) -> bool:

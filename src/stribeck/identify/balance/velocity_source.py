@@ -52,9 +52,9 @@ def with_velocity(
     used = by_channel < BETTER * by_position
     word, other = ("used", "position") if used else ("not used", "recorded")
     text = (
-        f"the recorded velocity is {word}: the model leaves {by_channel:.3g} % of the force with "
-        f"it, {by_position:.3g} % with that of the position; {option('velocity', other)} takes the "
-        "other"
+        f"the recorded velocity is {word}: with it the model leaves {by_channel:.3g} % of the "
+        f"force, with that of the position {by_position:.3g} %, and it is used below "
+        f"{100 * BETTER:.0f} % of that; {option('velocity', other)} takes the other"
     )
     return (recorded if used else parameters), (Violation("data", text, caps=False),)
 
