@@ -25,7 +25,7 @@ _STEP = 1e-4
 #: Shapes of the curve whose columns are kept, and numbers in all of them at most.
 SHAPES, NUMBERS = 16, 1 << 24
 #: Numbers at most in columns before they are filtered, of which those of the last shape are kept.
-UNFILTERED = 1 << 21
+UNFILTERED = 1 << 18
 
 
 class System:

@@ -113,7 +113,7 @@ class Synchronised:
         return violations
 
     def _contradicted(self) -> list[Violation]:
-        """What the logs show against a delay that was said, which holds for all that.
+        """What is certain by the logs against a delay that was said; what is likely does not count.
 
         A filter on a channel is no delay, and a fault whatever was said of one.
         """
@@ -132,7 +132,7 @@ class Synchronised:
             )
         else:
             return []
-        return [Violation("data", text, caps=False)]
+        return [_fault(text)]
 
     def _assumed(self) -> str:
         """What is taken of a delay that the logs do not show, where that rules an estimate.
