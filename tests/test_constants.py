@@ -217,10 +217,10 @@ def test_constants_that_the_data_tell_only_together_are_told_by_refits() -> None
     assert "of its variance" not in F_S.meaning
     (sentence,) = [w for w in fit.warnings if w.startswith("what each constant does")]
     base = fitted(rig.exact()).values["F_S"]
-    for name, value in (("kp", 110.0), ("kd", 5.5)):
+    for name, value in (("kp", 101.0), ("kd", 5.05)):
         (told,) = re.findall(rf"10 % of {name} moves [^;]*F_S by (-?[\d.]+) N m", sentence)
         refit = fitted(rig.exact().set(**{name: value})).values["F_S"]
-        assert float(told) == pytest.approx(refit - base, rel=0.3)
+        assert float(told) == pytest.approx(10 * (refit - base), rel=0.3)
 
 
 def test_one_warning_names_the_constants_of_the_source(other_motor: Fit) -> None:
