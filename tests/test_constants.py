@@ -23,6 +23,7 @@ from stribeck.friction import LAWS
 from stribeck.identify.card import read_card
 from stribeck.identify.free_constants import FreeConstantsProblem
 from stribeck.rig.custom import rig_file
+from stribeck.rig.simulated import as_simulated
 from stribeck.rig.slide_bed import SLIDE_BED
 
 #: Of the foreign slide: F_S, F_C in N, F_V in N s/m, v_SS in m/s.
@@ -196,7 +197,7 @@ def test_a_constant_of_another_unit_rules_by_a_share(other_motor: Fit) -> None:
 
 def test_constants_that_the_data_tell_only_together_are_told_by_refits() -> None:
     """An arm whose gains are in proportion to all of its torques: their ratios alone are known."""
-    rig = RIGS["joint"]
+    rig = as_simulated(RIGS["joint"])
     law = LAWS["stribeck"]
     t = np.arange(0.0, 8.0, 8e-3)
     command = 0.6 * np.sin(0.7 * t) + 0.3 * np.sin(2.9 * t)

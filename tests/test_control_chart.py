@@ -161,8 +161,8 @@ def test_a_large_step_that_was_told_is_no_scatter_and_the_next_one_is_told() -> 
     for seed in range(12):
         scatter = 0.15 * np.random.default_rng(seed).normal(size=19)
         values = 20.0 + 4.0 * (np.arange(19) >= 10) + 4.0 * (np.arange(19) >= 16) + scatter
-        zeros = np.zeros(19)
-        estimates = Series(values, zeros, 7.0 * np.arange(19), zeros.astype(np.int64))
+        zeros, days = np.zeros(19), 7.0 * np.arange(19, dtype=float)
+        estimates = Series(values, zeros, days, zeros.astype(np.int64))
         chart = control_chart(estimates, Limits.of(313.0))
         steps = [alarm.changes[0] for alarm in chart.alarms]
         if [(c.shape, c.at) for c in steps] == [("step", 10), ("step", 16)]:
