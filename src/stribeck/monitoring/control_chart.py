@@ -170,7 +170,7 @@ def control_chart(series: Series, limits: Limits) -> ControlChart:
         series: At least one estimate.
         limits: Where they raise an alarm.
     """
-    n, rows = len(series), _Rows(series)
+    n, rows = len(series), _FilterSteps(series)
     traces = np.full((4, n), np.nan)
     first = state = Filter.of(series.design.shape[1])
     run, start, raised = ChartState(limits), 0, list[_Raised]()
@@ -191,7 +191,7 @@ def control_chart(series: Series, limits: Limits) -> ControlChart:
     return ControlChart(differences, up, down, ewma, limits, tuple(_alarms(series, raised)), state)
 
 
-class _Rows:
+class _FilterSteps:
     """The estimates of a series as the filter takes them, one after the other.
 
     Args:
