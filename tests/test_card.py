@@ -178,6 +178,12 @@ def test_bytes_that_are_no_card(text: bytes, tmp_path_factory: pytest.TempPathFa
         read_card(file)
 
 
+def test_a_repeat_that_could_not_be_simulated_has_no_cost_on_the_card() -> None:
+    best, *_ = FIT.search.polished
+    search = replace(FIT.search, polished=(best, replace(best, cost=math.inf)))
+    assert replace(FIT, search=search).card().search.repeats == [best.cost]
+
+
 def test_a_card_has_no_number_that_json_has_not() -> None:
     def refuse(word: str) -> float:
         raise AssertionError(word)

@@ -9,6 +9,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,9 +19,11 @@ from foreign import slide_bed
 from foreign.friction import Curve
 from stribeck import RIGS, Fit, InputError, Recording, identify
 from stribeck.constant import COVERAGE, toleranced
+from stribeck.friction import LAWS
 from stribeck.identify.card import read_card
 from stribeck.identify.free_constants import FreeConstantsProblem
 from stribeck.rig.custom import rig_file
+from stribeck.rig.simulated import as_simulated
 from stribeck.rig.slide_bed import SLIDE_BED
 
 #: Of the foreign slide: F_S, F_C in N, F_V in N s/m, v_SS in m/s.
@@ -190,6 +193,35 @@ def test_a_constant_of_another_unit_rules_by_a_share(other_motor: Fit) -> None:
     clauses = [c for e in other_motor.estimates for c in (e.meaning or "").split("; it ")[1:]]
     assert any(re.search(r"(rises|falls) [\d.]+ \S.* for 10 % of \w+ \(", c) for c in clauses)
     assert not any("e+0" in c or "kg m**2 of" in c for c in clauses)
+
+
+def test_constants_that_the_data_tell_only_together_are_told_by_refits() -> None:
+    """An arm whose gains are in proportion to all of its torques: their ratios alone are known."""
+    rig = as_simulated(RIGS["joint"])
+    law = LAWS["stribeck"]
+    t = np.arange(0.0, 8.0, 8e-3)
+    command = 0.6 * np.sin(0.7 * t) + 0.3 * np.sin(2.9 * t)
+    truth = {"F_S": 2.0, "F_C": 1.5, "F_V": 0.5, "v_SS": 0.05, "J": 0.5, "g_sin": 4.0}
+    p = np.array([truth.get(q.name, q.fixed or 0.0) for q in rig.parameters(law)])
+    still = Recording(t=t, position=np.zeros(len(t)), command=command, rotary=True)
+    track = rig.track(still, slice(0, len(t)), 0.0, np.ones(len(t)))
+    noise = 1e-5 * np.random.default_rng(2).standard_normal(len(t))
+    position = rig.positions(law, p[None], track)[0] + noise
+    arm = Recording(t=t, position=position, command=command, rotary=True)
+
+    def fitted(rig: Any) -> Fit:
+        return identify(arm, rig=rig, law="stribeck", budget=400, repeats=1)
+
+    fit = fitted(rig)
+    (F_S,) = [e for e in fit.estimates if e.name == "F_S"]
+    assert "which the data do not tell apart" in F_S.meaning
+    assert "of its variance" not in F_S.meaning
+    (sentence,) = [w for w in fit.warnings if w.startswith("what each constant does")]
+    base = fitted(rig.exact()).values["F_S"]
+    for name, value in (("kp", 101.0), ("kd", 5.05)):
+        (told,) = re.findall(rf"10 % of {name} moves [^;]*F_S by (-?[\d.]+) N m", sentence)
+        refit = fitted(rig.exact().set(**{name: value})).values["F_S"]
+        assert float(told) == pytest.approx(10 * (refit - base), rel=0.3)
 
 
 def test_one_warning_names_the_constants_of_the_source(other_motor: Fit) -> None:

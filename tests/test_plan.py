@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
@@ -194,10 +195,25 @@ def test_a_plan_is_the_same_for_the_same_seed(bed: Card, planned: Plan) -> None:
     assert plan_text(plan(bed, RIGHT, seed=1)) != plan_text(planned)
 
 
-def test_the_scale_that_forces_share_is_told(planned: Plan) -> None:
-    (message,) = [text for text in planned.said if "share a scale" in text]
-    assert "F_S" in message
-    assert "k_spring" in message
+def test_what_one_known_force_tells_of_others_is_what_refits_show(planned: Plan) -> None:
+    (message,) = [text for text in planned.said if "scale of forces" in text]
+    known, told = re.findall(r"if (\w+) were known .* shrink: ([^;]*);", message)[0]
+    shrinking = dict(re.findall(r"that of (\w+) (more than ten|[0-9.]+-)fold", told))
+    free = identify(RIGHT, rig=SLIDE_BED.exact(), train="112:295", repeats=1)
+    value = free.card().parameters[known].value
+    held = identify(RIGHT, rig=SLIDE_BED.exact(), train="112:295", repeats=1, fixed={known: value})
+    before, after = ({e.name: e.high - e.low for e in fit.estimates} for fit in (free, held))
+    assert shrinking
+    for q in free.parameters.free:
+        if q.name == known:
+            continue
+        factor = before[q.name] / after[q.name]
+        if q.name not in shrinking:
+            assert factor < 3.0
+        elif shrinking[q.name] == "more than ten":
+            assert factor > 5.0
+        else:
+            assert factor == pytest.approx(float(shrinking[q.name].rstrip("-")), rel=0.5)
 
 
 def test_one_way_is_not_reversed_and_both_ways_are(planned: Plan) -> None:

@@ -309,5 +309,40 @@ def test_a_command_that_is_assumed_is_told() -> None:
     t = np.arange(0.0, 60.0, 0.02)
     log = Recording(t=t, position=5e-3 * t)
     assert "a ramp from its beginning at its mean speed, 5 mm/s" in SLIDE_BED.assumed(log)
-    assert SLIDE_BED.set(ramp_speed=5.0).assumed(log) == ""
+    told = SLIDE_BED.set(ramp_speed=5.0).assumed(log)  # where it starts is assumed all the same
+    assert "a ramp from its beginning at 5 mm/s is taken for it" in told
+    assert "forces are off by k_hat + k_spring for each mm" in told
     assert SLIDE_BED.assumed(Recording(t=t, position=5e-3 * t, command=5e-3 * t)) == ""
+
+
+def test_no_ramp_is_assumed_for_a_slide_that_goes_both_ways() -> None:
+    t = np.arange(0.0, 60.0, 0.02)
+    x = 5e-3 * np.minimum(t, 60.0 - t)
+    log, n = Recording(t=t, position=x), len(t)
+    with pytest.raises(InputError, match="the slide goes both ways"):
+        SLIDE_BED.drive(log)
+    told = SLIDE_BED.set(ramp_speed=5.0)
+    with pytest.raises(
+        InputError, match=r"from 0 to 59.98 s the slide goes against a ramp of 5 mm"
+    ):
+        told.track(log, slice(0, n), 0.0, np.ones(n))
+    up, down = slice(0, n // 2), slice(n // 2, n)
+    assert told.track(log, up, 0.0, np.ones(n // 2)).knots_x[-1] > 0.0
+    with pytest.raises(InputError, match="goes against"):
+        told.track(log, down, 0.15, np.ones(n - n // 2))
+    back = SLIDE_BED.set(ramp_speed=-5.0)
+    assert back.track(log, down, 0.15, np.ones(n - n // 2)).knots_x[-1] < 0.0
+    with pytest.raises(InputError, match="goes against"):
+        back.track(log, up, 0.0, np.ones(n // 2))
+
+
+def test_what_the_start_of_an_assumed_ramp_is_off_by_is_in_the_breakaway_force() -> None:
+    """As `assumed` tells it: forces are off by k_hat + k_spring for each mm."""
+    p, t = PUBLISHED["right"], np.arange(0.0, 60.0, 0.02)
+    moved = p.copy()
+    moved[0] += (SLIDE_BED["k_hat+"] + p[5]) * 1e-3
+    moved[1] += (SLIDE_BED["k_hat+"] + p[5]) * 1e-3
+    early, late = (Drive.line(0.0, x, 60.0, 5e-3) for x in (1e-3, 0.0))
+    ahead = SLIDE_BED.positions(LAW, moved[None], track(early, t, 0.0))
+    relaxed = SLIDE_BED.positions(LAW, p[None], track(late, t, 0.0))
+    np.testing.assert_allclose(ahead, relaxed, atol=2e-4)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 from ..constant import BORROWED
 from ..rig.rig import shown_difference
 from ..units import unit
 from ..wording import either, option
+from .exact_constants import NOT_APART
 from .free_constants import FreeConstantsProblem, Ruling
 from .parameters import Parameters
 from .uncertainty.blind_directions import percent
@@ -22,22 +25,58 @@ RULES = 0.1
 STEP = 0.1
 #: The reason why its interval is wide, where constants make this share of it.
 MOST = 0.5
+#: From this correlation on the data tell two constants only together; and shares of a variance that
+#: add up to more are not of constants that are apart.
+TOGETHER, SUM = 0.5, 1.01
 
 
 def with_rulings(
     parameters: Parameters, estimates: Sequence[Estimate], rulings: Sequence[Ruling]
 ) -> tuple[Estimate, ...]:
-    """Estimates whose meaning says which constants rule them."""
+    """Estimates whose meaning says which constants rule them.
+
+    Constants that the data tell only together have slopes and shares along their common direction,
+    which are those of none of them by itself: they are named without, and `exact_constants` says
+    what each of them does.
+    """
+    joint = _told_together(rulings)
     result = []
     for q, e in zip(parameters.every, estimates, strict=True):
         name = parameters.tied.get(q.name, q.name)
         ruling = [r for r in rulings if r.parameter == name and r.share >= RULES]
         ruling.sort(key=lambda r: -r.share)
-        clauses = [_clause(parameters, r, e.unit) for r in ruling]
+        names = {r.constant for r in ruling}
+        together = {c for pair in joint if pair <= names for c in pair}
+        if sum(r.share for r in ruling) > SUM:  # only what depends on each other shares so much
+            together = names
+        alone = [r for r in ruling if r.constant not in together]
+        clauses = [_clause(parameters, r, e.unit) for r in alone]
+        if together:
+            listed = " and ".join(r.constant for r in ruling if r.constant in together)
+            clauses.append(f"goes with {listed}, {NOT_APART}")
         text = f"{e.meaning}; it {', '.join(clauses)}" if clauses and e.meaning else e.meaning
-        ruled = e.reason == "wide" and sum(r.share for r in ruling) >= MOST
+        most = max((r.share for r in ruling if r.constant in together), default=0.0)
+        ruled = e.reason == "wide" and most + sum(r.share for r in alone) >= MOST
         result.append(replace(e, meaning=text, reason="constants" if ruled else e.reason))
     return tuple(result)
+
+
+def _told_together(rulings: Sequence[Ruling]) -> frozenset[frozenset[str]]:
+    """Pairs of constants whose correlation, with the data, is above `TOGETHER` at the least.
+
+    Two that make the shares a and b of the variance of one parameter have a correlation of at
+    least sqrt(a b) - sqrt((1 - a) (1 - b)).
+    """
+    by_parameter: dict[str, list[Ruling]] = {}
+    for r in rulings:
+        by_parameter.setdefault(r.parameter, []).append(r)
+    return frozenset(
+        frozenset({r.constant, s.constant})
+        for of_one in by_parameter.values()
+        for r, s in combinations(of_one, 2)
+        if math.sqrt(r.share * s.share) - math.sqrt(max((1 - r.share) * (1 - s.share), 0.0))
+        > TOGETHER
+    )
 
 
 def _clause(parameters: Parameters, r: Ruling, written: str) -> str:

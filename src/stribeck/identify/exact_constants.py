@@ -11,6 +11,7 @@ from ..constant import COVERAGE, Constant
 from ..errors import InputError
 from ..optimize import rms
 from ..rig import Rig
+from ..rig.rig import shown_difference
 from ..space import Array
 from .free_constants import FreeConstantsProblem, constant_slopes, stated_by_logs
 from .initial_state import FreeStartProblem
@@ -25,6 +26,8 @@ NAMED = 0.3
 ERROR = 0.1
 #: The step over which slopes are taken, relative to the constant.
 STEP = 0.01
+#: What a parameter's meaning says of constants with a tolerance that are told only together.
+NOT_APART = "which the data do not tell apart"
 #: Slopes of parameters over a constant, SI, by the names of both.
 Slopes = Mapping[str, Mapping[str, float]]
 
@@ -39,9 +42,10 @@ def is_exact(c: Constant) -> bool:
 
 
 def exact_slopes(problem: MotionProblem | FreeStartProblem, x: Array) -> tuple[Slopes, int]:
-    """Slopes of a fit's free parameters over its rig's exact constants, all others refitted.
+    """Slopes of a fit's free parameters over its rig's constants, all other parameters refitted.
 
-    And how many rows were evaluated.
+    Over the exact ones; and over those with a tolerance, each with the others held, where there
+    are several that the data might not tell apart. And how many rows were evaluated.
 
     Args:
         problem: The motion problem.
@@ -49,10 +53,11 @@ def exact_slopes(problem: MotionProblem | FreeStartProblem, x: Array) -> tuple[S
     """
     stated = stated_by_logs(problem)
     rig = problem.parameters.rig
+    uncertain = {c.name for c in rig.uncertain if c.value}
     exact = [
         replace(c, tolerance=COVERAGE * STEP * abs(c.value))
         for c in rig.constants
-        if is_exact(c) and c.name not in stated
+        if (is_exact(c) or (c.name in uncertain and len(uncertain) > 1)) and c.name not in stated
     ]
     noise = float(rms(problem.residuals(x[None]))[0])
     if not exact or not noise > 0:
@@ -77,6 +82,8 @@ def exact_constants(
 ) -> list[str]:
     """A sentence that names what identified parameters stand on: exact constants, values set.
 
+    And one that says what constants with a tolerance do, where the data do not tell them apart.
+
     Args:
         parameters: Theirs.
         estimates: As in `parameters.every`.
@@ -85,28 +92,62 @@ def exact_constants(
     """
     exact = dict(parameters.fixed)
     exact |= {c.name: c.value for c in parameters.rig.constants if not c.tolerance > 0}
+    identified = [e.verdict == "identified" for e in estimates]
+    ordered = _clauses(parameters, estimates, slopes, exact, identified)
+    names = sorted(stated) if any(identified) else []
+    if names:
+        ordered.append(f"the logs state {_listed(names)}")
+    sentences = []
+    if ordered:
+        sentences = [f"taken as exact, so that no interval knows of an error: {'; '.join(ordered)}"]
+    uncertain = {c.name: c.value for c in parameters.rig.constants if c.tolerance > 0}
+    together = [NOT_APART in (e.meaning or "") for e in estimates]
+    if clauses := _clauses(parameters, estimates, slopes, uncertain, together, absolute=True):
+        sentences.append(
+            "what each constant does while the other ones stay as they are: " + "; ".join(clauses)
+        )
+    return sentences
+
+
+def _clauses(
+    parameters: Parameters,
+    estimates: Sequence[Estimate],
+    slopes: Slopes,
+    values: Mapping[str, float],
+    chosen: Sequence[bool],
+    *,
+    absolute: bool = False,
+) -> list[str]:
+    """What errors of constants, and of parameters that are set, move, the most moving ones first.
+
+    Args:
+        parameters: Theirs.
+        estimates: As in `parameters.every`.
+        slopes: Of the parameters over them.
+        values: Theirs, SI, by name.
+        chosen: Whether an estimate is told of.
+        absolute: Whether in the unit of the estimate, as of one that may be zero; else in per cent.
+    """
     clauses: dict[str, float] = {}
     for name, over in slopes.items():
-        if name not in exact:
+        if name not in values:
             continue
         moved: dict[str, float] = {}
-        for q, e in zip(parameters.every, estimates, strict=True):
-            if e.verdict == "identified" and e.value and q.name in over:
-                share = over[q.name] * exact[name] / e.value
+        for q, e, told in zip(parameters.every, estimates, chosen, strict=True):
+            if told and e.value and q.name in over:
+                share = over[q.name] * values[name] / e.value
                 if abs(share) >= NAMED:
-                    moved[f"{e.name} by {100 * ERROR * share:.2g} %"] = abs(share)
+                    change = shown_difference(parameters.rig, q, ERROR * share * e.value)
+                    amount = (
+                        f"{change:.2g} {e.unit}" if absolute else f"{100 * ERROR * share:.2g} %"
+                    )
+                    moved[f"{e.name} by {amount.rstrip()}"] = abs(share)
         if moved:
             clause = (
                 f"{100 * ERROR:.0f} % of {parameters.rig.label(name)} moves {_listed([*moved])}"
             )
             clauses[clause] = max(moved.values())
-    ordered = sorted(clauses, key=lambda clause: -clauses[clause])
-    names = sorted(stated) if any(e.verdict == "identified" for e in estimates) else []
-    if names:
-        ordered.append(f"the logs state {_listed(names)}")
-    if not ordered:
-        return []
-    return [f"taken as exact, so that no interval knows of an error: {'; '.join(ordered)}"]
+    return sorted(clauses, key=lambda clause: -clauses[clause])
 
 
 def scale(rig: Rig) -> list[str]:

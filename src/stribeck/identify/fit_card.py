@@ -109,7 +109,8 @@ def fit_card(fit: Fit) -> Card:
             evaluations=fit.search.evaluations,
             seconds=round(fit.search.seconds, 3),
             ended=fit.search.ended,
-            repeats=[d.cost for d in fit.search.polished],
+            # A repeat none of whose points could be simulated has no cost.
+            repeats=[d.cost for d in fit.search.polished if math.isfinite(d.cost)],
         ),
         balance=_balance(fit),
         posterior=_posterior(fit),

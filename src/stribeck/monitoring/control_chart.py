@@ -21,6 +21,9 @@ _SHAPES: tuple[Shape, ...] = ("step", "ramp")
 ALLOWANCE, SHARE = 1.0, 0.1
 #: What one difference adds to the CUSUM at most, as a part of its limit: it takes two.
 _PART = 0.75
+#: From so many standard deviations on a step that raised an alarm is none of the scatter. A smaller
+#: one, as the effects of days that are alike may raise, hardly adds to it.
+LARGE = 5.0
 #: Digits to which run lengths are rounded before limits are sought: each takes milliseconds.
 _DIGITS = 3
 #: Differences whose correlation is told; how many of its standard errors it has to be.
@@ -160,27 +163,55 @@ def control_chart(series: Series, limits: Limits) -> ControlChart:
 
     After an alarm both begin anew with the next estimate: the level is sought anew, without those
     that have raised it, and what was known of the scatter stays. So the next false alarm is as far
-    off as the first.
+    off as the first. Of a step of `LARGE` standard deviations and more only how the estimates
+    scatter before and after it counts as scatter, not the step.
 
     Args:
         series: At least one estimate.
         limits: Where they raise an alarm.
     """
-    n, values, shares, design = len(series), centred(series), shares_of(series), series.design
-    days, errors = series.days.tolist(), series.errors.tolist()
+    n, rows = len(series), _FilterSteps(series)
     traces = np.full((4, n), np.nan)
-    state, run, start = Filter.of(design.shape[1]), ChartState(limits), 0
-    raised = list[_Raised]()
+    first = state = Filter.of(series.design.shape[1])
+    run, start, raised = ChartState(limits), 0, list[_Raised]()
     for i in range(n):
         before = state
-        state, z, share = step(before, float(values[i]), design[i], days[i], shares[i], errors[i])
+        state, z, share = rows.step(before, i)
         chart = run.add(z, share)
         traces[:, i] = z, run.up, run.down, run.ewma
         if chart is not None:
-            raised.append(_Raised(i, chart, start, before.scatter))
-            state, run, start = before.forgotten(), ChartState(limits), i + 1
+            alarm = _Raised(i, chart, start, before.scatter)
+            begin, size = _step(series, alarm)
+            left = rows.over(rows.over(first, start, begin).forgotten(), begin, i + 1)
+            large = abs(size) > LARGE * left.deviation
+            first = (before.with_deviation(left.deviation) if large else before).forgotten()
+            raised.append(alarm)
+            state, run, start = first, ChartState(limits), i + 1
     differences, up, down, ewma = traces
     return ControlChart(differences, up, down, ewma, limits, tuple(_alarms(series, raised)), state)
+
+
+class _FilterSteps:
+    """The estimates of a series as the filter takes them, one after the other.
+
+    Args:
+        series: The series.
+    """
+
+    def __init__(self, series: Series) -> None:
+        self._values, self._design, self._shares = centred(series), series.design, shares_of(series)
+        self._days, self._errors = series.days.tolist(), series.errors.tolist()
+
+    def step(self, state: Filter, i: int) -> tuple[Filter, float, float]:
+        """The filter's step at estimate i."""
+        value, row, shares = float(self._values[i]), self._design[i], self._shares[i]
+        return step(state, value, row, self._days[i], shares, self._errors[i])
+
+    def over(self, state: Filter, start: int, end: int) -> Filter:
+        """The filter's state after the estimates from `start` to before `end`."""
+        for i in range(start, end):
+            state, _, _ = self.step(state, i)
+        return state
 
 
 @dataclass(frozen=True)
@@ -196,13 +227,13 @@ class _Raised:
 def _alarms(series: Series, raised: list[_Raised]) -> Iterator[Alarm]:
     """The alarms, each with its changes as all estimates before the next show them."""
     for k, alarm in enumerate(raised):
-        end = _begin(series, raised[k + 1]) if k + 1 < len(raised) else len(series)
+        end = _step(series, raised[k + 1])[0] if k + 1 < len(raised) else len(series)
         each = (change(series, alarm.start, end, alarm.scatter, shape) for shape in _SHAPES)
         likely = sorted(filter(None, each), key=lambda c: -c.log_likelihood)
         yield Alarm(alarm.at, alarm.chart, tuple(likely))
 
 
-def _begin(series: Series, alarm: _Raised) -> int:
-    """The estimate at which the change began that has raised an alarm."""
+def _step(series: Series, alarm: _Raised) -> tuple[int, float]:
+    """The estimate at which the change began that has raised an alarm, and its size as a step."""
     step = change(series, alarm.start, alarm.at + 1, alarm.scatter)
-    return alarm.at if step is None else step.at
+    return (alarm.at, 0.0) if step is None else (step.at, step.size)

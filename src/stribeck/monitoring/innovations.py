@@ -80,6 +80,15 @@ class Filter:
         start = Filter.of(self.mean.shape[1] - 1)
         return replace(self, mean=start.mean, variance=start.variance, day=None)
 
+    def with_deviation(self, deviation: float) -> Self:
+        """The same with another standard deviation; what is known of r, c and a stays.
+
+        Itself where one of the two deviations is not known, or none.
+        """
+        if not (deviation > 0.0 and self.deviation > 0.0):
+            return self
+        return replace(self, squares=self.squares * (deviation / self.deviation) ** 2)
+
     @property
     def weights(self) -> Array:
         """Restricted likelihood of the points of the grid times `PRIOR`, adding up to 1, (G,)."""

@@ -21,7 +21,7 @@ from .experiments.offer import Offer, OperatingRange
 from .experiments.ramps import ramps
 from .loop_reading import read_stretch
 from .motion import event_driven, reference
-from .motion.command import Drive
+from .motion.command import Drive, ways
 from .motion.drives import (
     F_FM,
     K_HAT_M,
@@ -202,27 +202,66 @@ class SlideBed(SimulatedRig):
         )
 
     def drive(self, recording: Recording) -> Drive:
-        """The command x_i of a recording: its column or the paper's ramp."""
+        """The command x_i of a recording: its column or the paper's ramp.
+
+        Raises:
+            InputError: the log has neither a command nor a mean speed, as it goes both ways.
+        """
+        if recording.command is None and not self["ramp_speed"]:
+            x = recording.position
+            if all(ways(x, float(np.ptp(x)))):
+                raise InputError(
+                    f"{recording.label}: no command is in the log, and the slide goes both ways, "
+                    "which no ramp asks for: map a column to command, or say how fast the ramp was "
+                    f"({option('constants', {'ramp_speed': 10})} for 10 mm/s) and train on one way"
+                )
         return Drive.of(recording, self["ramp_speed"])
 
     def assumed(self, recording: Recording) -> str:
-        """A ramp at the mean speed of the log, where that has no command."""
-        if recording.command is not None or self["ramp_speed"]:
+        """A ramp from where the log begins, where that has no command."""
+        if recording.command is not None:
             return ""
+        start = f"{recording.label}: no command is in the log: a ramp from its beginning"
+        error = (
+            "the slide's drive line is taken as relaxed there, and where it is not, forces are off "
+            "by k_hat + k_spring for each mm, which no interval knows of"
+        )
+        if speed := self["ramp_speed"]:
+            ramp = f"{start} at {1e3 * speed:.3g} mm/s is taken for it: {error}"
+            return f"{ramp}: map a column to command"
         speed = float(np.diff(self.drive(recording).x)[0]) / float(np.ptp(recording.t))
         return (
-            f"{recording.label}: no command is in the log: a ramp from its beginning at its mean "
-            f"speed, {1e3 * speed:.3g} mm/s, is taken for it: map a column to command, or say how "
-            f"fast it was ({option('constants', {'ramp_speed': 10})} for 10 mm/s)"
+            f"{start} at its mean speed, {1e3 * speed:.3g} mm/s, is taken for it: {error}: map a "
+            "column to command, or say at least how fast it was "
+            f"({option('constants', {'ramp_speed': 10})} for 10 mm/s)"
         )
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
-        """As `SimulatedRig.track`, with the temperature where the log has it."""
+        """As `SimulatedRig.track`, with the temperature where the log has it.
+
+        Raises:
+            InputError: the log has no command, and a ramp is no model of its motion.
+        """
         track = super().track(recording, rows, x0, score)
+        if recording.command is None:
+            self._check_ramp(recording, rows, track)
         if recording.temperature is not None:
             track = with_inputs(track)
             track.inputs[1] = recording.temperature[rows]
         return track
+
+    def _check_ramp(self, recording: Recording, rows: slice, track: Track) -> None:
+        """Refuse a ramp that a slide does not follow."""
+        up, down = ways(recording.position[rows], float(np.ptp(recording.position)))
+        against = down if track.knots_x[-1] > track.knots_x[0] else up
+        if against:
+            t, speed = recording.t[rows], self["ramp_speed"]
+            ramp = f"a ramp of {1e3 * speed:.3g} mm/s" if speed else "a ramp"
+            raise InputError(
+                f"{recording.label}: no command is in the log, and from {t[0]:.4g} to {t[-1]:.4g} "
+                f"s the slide goes against {ramp}: map a column to command, or take only a part of "
+                "the log in which it goes with the ramp"
+            )
 
     def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
         """Ramps, rests and reversals."""

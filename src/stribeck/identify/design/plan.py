@@ -44,9 +44,11 @@ CHECKED = 3
 GAUGE = 0.02
 #: How much less noise a finer sensor has, and how much faster a faster one is.
 FINER, FASTER = 3.0, 4.0
-#: A scale of forces that is sure to a ten-thousandth; and the share of the errors that is left
-#: with it, below which it is told.
-SURE, SHARED = 1e4, 0.7
+#: A parameter is said to help others where their errors shrink by this factor once it is known; of
+#: a factor above the second no more is told.
+HELPED, MOST_TOLD = 2.0, 10.0
+#: No share of a variance that is left is less.
+_LEAST = 1e-12
 #: An uncertainty above this many times a value is no figure to print.
 MUCH = 3.0
 #: A misfit above this share of that of doing without the model explains little.
@@ -437,28 +439,42 @@ def _share(reach: float, size: float) -> str:
 
 
 def _scale_warning(current: CurrentModel, information: Array) -> str | None:
-    """Whether all forces and stiffnesses share a scale that the data hardly know."""
-    parameters, x = current.axis.parameters, current.axis.x
+    """Which force or stiffness would tell most of the others if it were known, where one does."""
+    parameters = current.axis.parameters
     at = [i for i, q in enumerate(parameters.free) if q.unit.startswith("N")]
-    if not parameters.rig.known_scale or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
+    if not parameters.rig.known_scale or not at:
         return None
-    along = np.zeros(len(x))
-    along[at] = SURE / (len(at) * x[at])
-
-    def relative(F: Array) -> float:
-        return float(np.sqrt(np.mean(np.diag(covariance(F))[at] / x[at] ** 2)))
-
-    share = float(
-        np.median([relative(F + np.outer(along, along)) / relative(F) for F in information])
+    C = np.array([covariance(F) for F in information])
+    known, helped = max(
+        ((k, _shrunk_by(C, k)) for k in at), key=lambda entry: float(np.log(entry[1]).sum())
     )
-    if share > SHARED:
+    told = [i for i in np.argsort(-helped, kind="stable").tolist() if helped[i] >= HELPED]
+    if not set(told) & set(at):
         return None
+    shrinking = ", ".join(
+        f"that of {current.labels[i]} "
+        + ("more than tenfold" if helped[i] > MOST_TOLD else f"{helped[i]:.2g}-fold")
+        for i in told
+    )
     return (
-        f"{', '.join(current.labels[i] for i in at)} share a scale: if one of them were known from "
-        f"elsewhere, the relative errors of all would shrink {1 / share:.2g}-fold; as long as only "
-        "positions are fitted, the rig's known gains and mass alone set it: check them, or measure "
-        "a force"
+        f"if {current.labels[known]} were known from elsewhere, errors would shrink: {shrinking}; "
+        "as long as only positions are fitted, the rig's known gains and mass alone set the scale "
+        "of forces: check them, or measure a force"
     )
+
+
+def _shrunk_by(C: Array, known: int) -> Array:
+    """By what factor each other's error shrinks once one is known; 1 of that, (dim,).
+
+    Args:
+        C: Covariances, (draws, dim, dim).
+        known: The one.
+    """
+    variance = np.diagonal(C, axis1=1, axis2=2)
+    shared = np.square(C[:, known]) / (variance * variance[:, known, None])
+    shared[:, known] = 0.0
+    factor: Array = np.median(1.0 / np.sqrt(np.maximum(1.0 - shared, _LEAST)), axis=0)
+    return factor
 
 
 def _bound_warning(current: CurrentModel) -> str | None:

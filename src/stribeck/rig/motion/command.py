@@ -21,6 +21,9 @@ _F1 = types.Array(float64, 1, "C", readonly=True)
 
 #: A dropped knot moves the command by at most this share of its range.
 KNOT_TOLERANCE = 1e-6
+#: A motion goes one way if it does so by more than this share of a log's range, and by more than so
+#: many times the root mean square of its way from sample to sample, which noise does not.
+WAY, BEYOND_NOISE = 0.2, 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +94,20 @@ class Drive:
             t.append(t[-1] + hold)
             x.append(x[-1])
         return cls(np.array(t), np.array(x))
+
+
+def ways(x: Array, reach: float) -> tuple[bool, bool]:
+    """Whether a motion goes up, and whether it goes down.
+
+    Args:
+        x: m or rad, (N,).
+        reach: The range of the log, m or rad.
+    """
+    rise = float((x - np.minimum.accumulate(x)).max(initial=0.0))
+    fall = float((np.maximum.accumulate(x) - x).max(initial=0.0))
+    step = float(np.sqrt(np.square(np.diff(x)).sum() / max(len(x) - 1, 1)))
+    least = max(WAY * reach, BEYOND_NOISE * step)
+    return rise > least, fall > least
 
 
 @compiled(int64[::1](_F1, _F1, float64), error_model="python")
