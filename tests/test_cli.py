@@ -207,6 +207,20 @@ def test_validate_says_by_how_much_it_moves_a_log(stribeck_: Any, folder: Path) 
     assert not quiet.err
 
 
+def test_validate_says_what_it_takes_for_a_command_that_a_log_lacks(
+    stribeck_: Any, folder: Path
+) -> None:
+    with (folder / "up.csv").open() as f:
+        heads, *rows = csv.reader(f)
+    kept = [k for k, head in enumerate(heads) if "command" not in head]
+    assert len(kept) < len(heads)
+    text = "\n".join(",".join(row[k] for k in kept) for row in (heads, *rows))
+    (folder / "bare.csv").write_text(text + "\n", encoding="utf-8")
+    told = stribeck_("validate", "fit/card.json", "bare.csv")
+    assert told.status == 0
+    assert "bare.csv: no command is in the log: a ramp from its beginning" in told.err
+
+
 def test_a_simulated_motion_is_a_log(stribeck_: Any, folder: Path) -> None:
     completed = stribeck_("simulate", "fit/card.json", "up.csv", "--out", "motion.csv")
     assert completed == Completed(0, "motion.csv\n", "")

@@ -53,6 +53,8 @@ def validate(
     rows = validated(written, recordings, range_ or None, delay=late)
     for sentence in untrained_directions(written, recordings, range_ or None):
         typer.echo(f"warning: {sentence}", err=True)
+    for sentence in filter(None, map(parameters.rig.assumed, recordings)):
+        typer.echo(f"warning: {sentence}", err=True)
     if late == "auto" and written.delay:
         typer.echo(
             f"note: the force (or command) is taken to be {1e3 * written.delay:.4g} ms after the "
