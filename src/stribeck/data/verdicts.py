@@ -339,8 +339,8 @@ def _one_speed(recording: Recording) -> str:
         spans.append(f"{shown(low, v)} to {shown(high, v)} {'up' if direction > 0 else 'down'}")
     if not spans:
         return ""
-    return (f"one speed a direction ({', '.join(spans)}): viscous friction cannot be told from "
-            "Coulomb friction")  # fmt: skip
+    return (f"one speed a direction ({', '.join(spans)}): only starts and stops tell viscous "
+            "friction from Coulomb friction")  # fmt: skip
 
 
 def _on_short_slips(segments: Segments) -> str:
