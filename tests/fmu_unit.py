@@ -24,6 +24,10 @@ from stribeck.space import Array
 fmpy = pytest.importorskip("fmpy", reason="fmpy, of the extra `export`, is not installed")
 from fmpy.fmi2 import FMU2Slave  # noqa: E402 - only where it is there
 
+#: A unit is compiled where it is made.
+needs_compiler = pytest.mark.skipif(
+    not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler here"
+)
 OUTPUTS = ("position", "velocity", "drive", "friction")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import stat
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +19,7 @@ from fmu_unit import (
     difference,
     fmpy,
     moved,
+    needs_compiler,
     ramp,
     rig_of,
     run_by_master,
@@ -43,9 +43,7 @@ from stribeck.rig.parts.axis_of_parts import assembled
 from stribeck.rig.slide_bed import SLIDE_BED, SlideBed, published_both, with_inputs
 from stribeck.space import Array
 
-pytestmark = pytest.mark.skipif(
-    not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler here"
-)
+pytestmark = needs_compiler
 DATA = Path(__file__).parents[2] / "shared" / "data"
 real = pytest.mark.recordings
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from fmu_unit import (
     compiled_without_a_warning,
     difference,
     fmpy,
+    needs_compiler,
     run_by_master,
     unpacked,
 )
@@ -35,9 +35,7 @@ from stribeck.rig.two_masses import TwoMassRig
 from stribeck.space import Array
 from two_mass_axes import GAINS, SERVO, rig_of
 
-pytestmark = pytest.mark.skipif(
-    not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler here"
-)
+pytestmark = needs_compiler
 FILE = Path(__file__).parents[1] / "docs" / "rigs" / "two_masses.toml"
 OUTPUTS = ("position", "velocity", "motor_position", "motor_velocity")
 
