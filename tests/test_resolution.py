@@ -55,6 +55,15 @@ def test_steps_of_a_coarse_sensor_are_seen(speeds: tuple[float, ...], size: floa
     assert step(printed) == pytest.approx(size, rel=1e-6)
 
 
+@pytest.mark.parametrize("speed", [0.05, 0.1])
+def test_one_long_stroke_at_a_constant_speed_hides_no_step(speed: float) -> None:
+    """Nearly all samples are five or ten steps apart; those of its start and its stop are not."""
+    t, command = levels([(speed, 4.0, 0.1), (0.0, 0.2, 0.1)])
+    curve, loop = coulomb_viscous(30.0, 100.0), driven.Loop(kp=4e4, kd=2e3, mass_ff=20.0, tick=1e-4)
+    run = driven.simulate(20.0, curve, curve, loop, t, command)._asdict()
+    assert step(sensors.quantised(run, "position", 1e-5)["position"]) == pytest.approx(1e-5)
+
+
 def test_steps_that_were_printed_in_few_digits_are_seen() -> None:
     """Counts of 45.8 um in hundredths of a millimetre: neighbours are 4 or 5 apart."""
     size = 3.0 / 2**16

@@ -33,6 +33,9 @@ _DIGIT = 5.0
 #: values that is seen, and by how many quarters of a tooth over all of them its increment may be
 #: off.
 _ON, _QUARTER, _LOOKED_AT, _SLIPS = 0.98, 0.25, 2000, 256
+#: A speed is constant where the ways of more than this share of samples are those of the samples
+#: before; with nothing else to go by, values are at the teeth of a comb within this share of one.
+_SAME_WAY, _EXACT = 0.5, 1e-3
 #: A sensor that holds its values keeps most of them for times within this ratio.
 _REGULAR = 3.0
 _QUIET, _QUIET_SD = 0.3, 0.3853  # 30 % of a normal distribution lie within 0.3853 sd
@@ -84,9 +87,9 @@ def step(values: Array) -> float:
 
     Values of a quantised channel lie on a comb, so most neighbours among the distinct values are
     small multiples of one increment, and all of them are; those of a continuous one are not. At a
-    constant speed the samples of a continuous one are a comb, too, but each run is another. Where
-    values are rounded to so many digits, the increment grows with them: it is that of the larger
-    half.
+    constant speed the samples of a continuous one are a comb, too, but each run is another, and
+    starts and stops are off it. Where values are rounded to so many digits, the increment grows
+    with them: it is that of the larger half.
     """
     values = stretches(values)
     fine = _increment(values)
@@ -99,6 +102,11 @@ def step(values: Array) -> float:
 
 
 def _increment(values: Array) -> float:
+    increment = _spacing(values)
+    return 0.0 if increment and _paced(values, increment) else increment
+
+
+def _spacing(values: Array) -> float:
     distinct = np.unique(values)
     some, gaps = distinct[:: -(-len(distinct) // _LOOKED_AT)].copy(), np.diff(distinct)
     del distinct  # of a long log it is much to keep
@@ -119,6 +127,24 @@ def _increment(values: Array) -> float:
     # at constant speeds the way per sample hides the sensor's steps but for starts and stops
     finest = float(gaps.min())
     return finest if regular and _holds(some, finest) else 0.0
+
+
+def _paced(values: Array, increment: float) -> bool:
+    """Whether an increment is the way per sample at a constant speed, and no sensor's.
+
+    Then one sample after another goes on by as many teeth as the one before, and those that do not
+    are off the comb: a sensor's are on it while the axis starts and stops, too.
+    """
+    ways = np.diff(values) / increment
+    teeth = np.rint(ways)
+    off, again = np.abs(ways - teeth)[1:], teeth[1:] == teeth[:-1]
+    moving = teeth[1:] != 0.0
+    if not moving.any() or np.mean(again[moving]) <= _SAME_WAY:
+        return False
+    changing = off[~again & (np.abs(ways[1:]) > _EXACT)]
+    if len(changing) < _FEWEST:
+        return bool(np.quantile(off, _ON) > _EXACT)
+    return bool(np.quantile(changing, 0.9) > _QUARTER)
 
 
 def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,7 @@ _SHARE = 0.25
 _BACK, _STROKE_SAMPLES = 0.05, 4000
 #: Parts of a log whose delays are compared, and logs from which on each is one part.
 _THIRDS, _LOGS = 3, 4
+_WHICH = ("first", "second", "last")
 #: Minima of the sum of squares that are held against the ranges of the parameters.
 _MINIMA = 3
 #: The slope of the force is a difference over this share of a row to each side.
@@ -58,6 +59,21 @@ _FAR = 2.0
 _BESIDE, _REMAINING = 0.5, 0.5
 
 
+class DelayPart(NamedTuple):
+    """A part of the logs whose delay is compared with that of the others.
+
+    label: What it is called.
+    log: Which log it is of.
+    begin: Its first instant, s.
+    end: Its last one.
+    """
+
+    label: str
+    log: int
+    begin: float
+    end: float
+
+
 @dataclass(frozen=True, eq=False)
 class ChannelDelay:
     """By how much later than the motion the force of logs was measured.
@@ -67,7 +83,7 @@ class ChannelDelay:
         error: Its standard error.
         parts: That of each part of the logs, (parts,).
         part_errors: Theirs.
-        labels: What the parts are called.
+        log_parts: The parts.
         reach: How far was searched to each side, s.
         sample: The longest interval between two samples, s.
         slopes: By how much the free parameters move for a second of delay, over the delays that
@@ -80,7 +96,7 @@ class ChannelDelay:
     error: float
     parts: Array
     part_errors: Array
-    labels: tuple[str, ...]
+    log_parts: tuple[DelayPart, ...]
     reach: float
     sample: float
     slopes: Array
@@ -103,7 +119,7 @@ def channel_delay(solution: Balance, *, near: bool = False) -> ChannelDelay:
     balanced, solution = solution, _apart_from_reversals(solution)
     system = solution.system
     row = 1.0 / min(log.row_rate for log in system.logs)
-    parts, labels = _parts(system)
+    parts, log_parts = _parts(system)
     reach = _reach(system)
     count = 1 if near else max(int(reach / row), 1)
     lags: Array = row * np.arange(-count, count + 1, dtype=float)
@@ -143,7 +159,7 @@ def channel_delay(solution: Balance, *, near: bool = False) -> ChannelDelay:
         part_errors=searched(
             apart.lags - lag, apart.errors, ratios(sums, places, least), span=sum(spans)
         ),
-        labels=labels,
+        log_parts=log_parts,
         reach=row * max(int(reach / row), 1),
         sample=1.0 / min(log.rate for log in system.logs),
         slopes=_slopes(balanced, lag, float(np.clip(HALF_WIDTH * error, _SPAN * row, _FAR * row))),
@@ -176,22 +192,22 @@ def _wider(log: Log, samples: int) -> Log:
     return replace(log, unsure=unsure, counts=counts, t=log.row_clock[counts])
 
 
-def _parts(system: System) -> tuple[NDArray[np.intp], tuple[str, ...]]:
-    """The part of each row: thirds of a log, or logs where there are many; and their names."""
+def _parts(system: System) -> tuple[NDArray[np.intp], tuple[DelayPart, ...]]:
+    """The part of each row, and the parts: thirds of a log, or logs where there are many."""
     logs = system.logs
-    if len(logs) >= _LOGS:
-        number = np.repeat(np.arange(len(logs)), [len(log.t) for log in logs])
-        _, own = np.unique(number, return_inverse=True)
-        return own, tuple(log.label for log in logs if len(log.t))
-    numbers, labels = [], []
+    thirds = 1 if len(logs) >= _LOGS else _THIRDS
+    numbers, parts = [], []
     for k, log in enumerate(logs):
-        span = log.clock[-1] - log.clock[0]
-        third = np.minimum(_THIRDS * (log.t - log.clock[0]) / span, _THIRDS - 1).astype(int)
-        numbers.append(_THIRDS * k + third)
+        begin, span = float(log.clock[0]), float(log.clock[-1] - log.clock[0])
+        third = np.minimum(thirds * (log.t - begin) / span, thirds - 1).astype(int)
+        numbers.append(thirds * k + third)
         name = "the log" if len(logs) == 1 else log.label
-        labels += [f"the {which} third of {name}" for which in ("first", "second", "last")]
+        for i in range(thirds):
+            label = log.label if thirds == 1 else f"the {_WHICH[i]} third of {name}"
+            ends = (begin + span * share / thirds for share in (i, i + 1))
+            parts.append(DelayPart(label, k, *ends))
     present, own = np.unique(np.concatenate(numbers), return_inverse=True)
-    return own, tuple(labels[k] for k in present)
+    return own, tuple(parts[k] for k in present)
 
 
 def _reach(system: System) -> float:

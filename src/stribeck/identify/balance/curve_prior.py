@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...friction import law_named
 from ...friction.curve import FIRST, LAST, knots_of
 from ...space import Array
-from ..parameters import Parameters
+from ..parameters import Parameters, partition
 from ..uncertainty.covariance import quick_look
 from . import variable_projection
 from .regression import System
@@ -49,6 +50,20 @@ def with_knots(system: System) -> System:
     ends = {FIRST: first, LAST: max(last, first / _APART)}
     placed = {name: ends[name] for name in names}
     return System(parameters.holding(placed), system.logs) if placed else system
+
+
+def of_free_curve(parameters: Parameters) -> Parameters | None:
+    """Those of a free curve in place of a law, the rig's own as they are.
+
+    None for a law that reads more than the speed, or that is a free curve itself.
+    """
+    law, rig = parameters.law, parameters.rig
+    if not law.static or law.roughness is not None:
+        return None
+    own = {q.name for q in rig.own(law)}
+    held = {name: value for name, value in parameters.fixed.items() if name in own}
+    table = law_named("curve-directional" if law.directional else "curve")
+    return partition(rig, table).holding(held)
 
 
 def _as_declared(parameters: Parameters, name: str) -> bool:

@@ -18,6 +18,7 @@ import numpy as np
 from ...data.filtering import motion_noise
 from ...data.freed_memory import release
 from ...data.resolution import noise_of, step
+from ...friction.law import LOADS
 from ...space import Array, Param
 from ...units import unit
 from ..conditions import Violation
@@ -25,7 +26,7 @@ from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
 from . import variable_projection
 from .balance import prediction
-from .regression import System
+from .regression import System, stacked
 from .rows import filtered_logs
 from .settled_rows import rows_of
 
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from ...data.recording import Recording
     from ..uncertainty.estimates import Estimate
     from .balance import Balance
-    from .rows import Rows
+    from .rows import Log, Rows
 
 #: Times that the error is added, and the seed of the chance that draws it.
 DRAWS, SEED = 4, 1994
@@ -180,6 +181,34 @@ def _dilution(solved: Balance, recordings: Sequence[Recording]) -> float:
     return share
 
 
+def inertial_noise(
+    solved: Balance, recordings: Sequence[Recording], rows: Sequence[Rows | None]
+) -> float:
+    """Standard deviation of the force that a balance makes of the motion's error, N (N m).
+
+    The error of an acceleration, times the mass: a balance of a smaller mass leaves less of it.
+
+    Args:
+        solved: The balance.
+        recordings: Its logs.
+        rows: Which of their samples count.
+    """
+    system = solved.system
+    columns = system.rig.columns_of(np.array([0.0, 1.0]), np.zeros((2, len(LOADS))))
+    own = zip(system.rig.own(system.law), solved.values[len(system.law.params) :], strict=True)
+    mass = sum(float(value * np.ptp(columns[q.name])) for q, value in own)
+    noisier = _noisier_logs(solved, recordings, rows, np.random.default_rng(SEED))
+    errors = [
+        _accelerations(replace(noisy, unsure=log.unsure)) - _accelerations(log)
+        for log, noisy in zip(system.logs, noisier, strict=True)
+    ]
+    return mass * float(np.std(stacked(errors)))
+
+
+def _accelerations(log: Log) -> Array:
+    return log.thin(lambda at: log.motion(at).a)
+
+
 def _source(recording: Recording, filtering: Filtering) -> Array:
     """The channel that velocities come from."""
     if filtering.velocity == "recorded" and recording.velocity is not None:
@@ -199,21 +228,26 @@ def _move(
     rng: np.random.Generator,
 ) -> Array:
     """By how much the free parameters move with the error added once more, (free,)."""
-    parameters = solved.system.parameters
     release(solved.system.samples)  # what a balance and its delay took
-    system = System(parameters, rows_of(
-        filtered_logs(
-            [_noisier(log, solved.system.filtering, rng) for log in recordings],
-            parameters, None, rows,
-        ),
-        solved.system.logs,
-    ))  # fmt: skip
+    system = System(solved.system.parameters, _noisier_logs(solved, recordings, rows, rng))
     J = system.jacobian(solved.values)
     r = system.y - system.predicted(solved.values[None])[:, 0]
     seen = np.isfinite(np.diag(solved.covariance))
     move = np.zeros(J.shape[1])
     move[seen] = variable_projection.least_squares(J if seen.all() else J[:, seen], r)
     return move
+
+
+def _noisier_logs(
+    solved: Balance,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows | None],
+    rng: np.random.Generator,
+) -> list[Log]:
+    """The filtered logs of a balance with as much error again, at the same rows."""
+    noisier = [_noisier(log, solved.system.filtering, rng) for log in recordings]
+    logs = filtered_logs(noisier, solved.system.parameters, None, rows)
+    return rows_of(logs, solved.system.logs)
 
 
 def _noisier(log: Recording, filtering: Filtering, rng: np.random.Generator) -> Recording:

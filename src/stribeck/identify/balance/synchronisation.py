@@ -23,6 +23,8 @@ from ..uncertainty.verdict import IDENTIFIED
 from .balance import NOTHING, Balance, balance
 from .channel_delay import ChannelDelay, channel_delay
 from .channel_filter import CLEARLY, SURELY, ChannelFilter, channel_filter
+from .curve_prior import of_free_curve
+from .sensor_bias import inertial_noise
 from .training_rows import training_rows
 from .velocity_source import VelocitySource, with_velocity
 
@@ -50,6 +52,9 @@ BESIDE = 5.0
 _PASSES = 3
 #: Share of the cut-off at which a certain delay is looked at again.
 LOWER = 0.25
+#: Clocks of one log differ in their rate by less: parts whose delays are further apart have matched
+#: other strokes, or other slips.
+RATE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,10 +341,9 @@ def _evidence(
 ) -> Literal["better", "worse", "unsure", ""]:
     """Whether the model explains logs better, or worse, once their force is moved by a delay.
 
-    Both balances are solved anew, of the same samples of the motion. What a move is worth is the
-    fall of the sum of squares, of so many residuals as are independent: two standard errors' worth
-    is what a delay takes off that is likely at least. Empty of a delay that is not likely, or that
-    differs from part to part.
+    Two standard errors' worth is what a delay takes off that is likely at least. A delay may make
+    up for a law that is wrong: it has to be worth as much with a free curve in place of the law.
+    Empty of a delay that is not likely, or that differs from part to part.
     """
     if not likely(delay) or drifts(delay):
         return ""
@@ -349,22 +353,48 @@ def _evidence(
             log.cut(slice(*np.searchsorted(log.t, [own.t[0], np.nextafter(own.t[-1], np.inf)])))
             for log, own in zip(data.recordings, moved.recordings, strict=True)
         )
-        before, independent = _misfit(parameters, replace(data, recordings=logs))
-        after, independent_after = _misfit(parameters, moved)
+        both = training_rows(replace(data, recordings=logs)), training_rows(moved)
+        worth = _worth(parameters, *both)
+        free = of_free_curve(parameters)
+        if free is not None and worth > -(LIKELY**2):
+            worth = min(worth, _worth(free, *both))
     except InputError:  # nothing is left of a log, or too few rows
         return "unsure"
+    return "better" if worth > LIKELY**2 else "worse" if worth < -(LIKELY**2) else "unsure"
+
+
+def _worth(
+    parameters: Parameters,
+    before: tuple[Sequence[Recording], Sequence[Rows | None]],
+    after: tuple[Sequence[Recording], Sequence[Rows | None]],
+) -> float:
+    """What a move of the force is worth: the fall of twice a logarithm of likelihood.
+
+    Both balances are solved anew, of the same samples of the motion: what counts is the fall of the
+    sum of squares, of so many residuals as are independent. A move that makes the mass smaller
+    leaves less of the motion's error as well, which is no worth.
+
+    Raises:
+        InputError: too few rows.
+    """
+    (square, noise, rows_before), (square_after, noise_after, rows_after) = (
+        _misfit(parameters, *logs) for logs in (before, after)
+    )
     tiny = float(np.finfo(float).tiny)
-    fall = 2.0 * float(np.log(max(before, tiny) / max(after, tiny)))
-    gain = min(independent, independent_after) * fall
-    return "better" if gain > LIKELY**2 else "worse" if gain < -(LIKELY**2) else "unsure"
+    square -= max(noise - noise_after, 0.0)
+    fall = float(np.log(max(square, tiny) / max(square_after, tiny)))
+    return min(rows_before, rows_after) * fall
 
 
-def _misfit(parameters: Parameters, data: DataSplit) -> tuple[float, float]:
-    """Standard deviation of the residuals of logs, and how many of these are independent."""
-    _, _, solved = _solved(parameters, data)
+def _misfit(
+    parameters: Parameters, recordings: Sequence[Recording], rows: Sequence[Rows | None]
+) -> tuple[float, float, float]:
+    """Variance of the residuals of logs, that of the motion's error in them, independent rows."""
+    solved = balance(recordings, parameters, rows=rows)
     release(solved.system.samples)
     r = solved.residuals
-    return solved.residual_sd, len(r) / correlation_time(r, [len(g.t) for g in solved.system.logs])
+    independent = len(r) / correlation_time(r, [len(g.t) for g in solved.system.logs])
+    return solved.residual_sd**2, inertial_noise(solved, recordings, rows) ** 2, independent
 
 
 def _whole(moved: float, left: ChannelDelay, before: ChannelDelay) -> ChannelDelay:
@@ -422,10 +452,12 @@ def likely(delay: ChannelDelay) -> bool:
 
 
 def drifts(delay: ChannelDelay) -> bool:
-    """Whether parts of the logs have delays that differ beyond their errors."""
+    """Whether parts of the logs have delays that differ beyond their errors, as clocks may."""
+    parts = zip(delay.parts, delay.part_errors, delay.log_parts, strict=True)
     return 100 * delay.unexplained < NOTHING and any(
         abs(a - b) > max(HELD * delay.sample, CERTAIN * float(np.hypot(e, f)))
-        for (a, e), (b, f) in combinations(zip(delay.parts, delay.part_errors, strict=True), 2)
+        and (p.log != q.log or abs(a - b) < RATE * abs(q.begin - p.begin))
+        for (a, e, p), (b, f, q) in combinations(parts, 2)
     )
 
 
@@ -478,8 +510,8 @@ def _undecided(delay: ChannelDelay) -> str:
 
 def _drift(delay: ChannelDelay) -> str:
     texts = [
-        f"{1e3 * seconds:.3g} ms in {label}"
-        for seconds, label in zip(delay.parts, delay.labels, strict=True)
+        f"{1e3 * seconds:.3g} ms in {part.label}"
+        for seconds, part in zip(delay.parts, delay.log_parts, strict=True)
     ]
     return (
         f"the force is not behind the motion by one time: by {', '.join(texts)}: log both on one "

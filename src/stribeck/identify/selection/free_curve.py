@@ -14,13 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import InputError
-from ...friction import law_named
 from ...friction.curve import knots_of
 from ...units import Unit, unit
 from ..balance.balance import solved
-from ..balance.curve_prior import chord_errors
+from ..balance.curve_prior import chord_errors, of_free_curve
 from ..balance.regression import System
-from ..parameters import partition
 from ..uncertainty.covariance import HALF_WIDTH
 from .nesting import ingredients
 
@@ -90,18 +88,15 @@ def free_curve(trained: TrainedLaw) -> FreeCurve | None:
     none, and neither have too few rows.
     """
     law, balanced = trained.parameters.law, trained.balance
-    if balanced is None or not law.static or law.roughness is not None:
+    parameters = None if balanced is None else of_free_curve(balanced.system.parameters)
+    if balanced is None or parameters is None:
         return None
-    table = law_named("curve-directional" if law.directional else "curve")
-    own = {q.name for q in balanced.system.rig.own(law)}
-    fixed = {n: v for n, v in balanced.system.parameters.fixed.items() if n in own}
-    parameters = partition(balanced.system.rig, table).holding(fixed)
     try:
         curve = solved(System(parameters, balanced.system.logs))
     except InputError:
         return None
     errors = np.hypot(curve.robust_errors, chord_errors(curve.system, curve.values))
-    speeds = knots_of(table, curve.values)
+    speeds = knots_of(parameters.law, curve.values)
     n = len(speeds)
     knots: list[Knot] = []
     for k, way in enumerate((1.0, -1.0) if law.directional else (1.0,)):
