@@ -48,10 +48,12 @@ INERTIA, SETTLED = 2.519, 2.0
 #: Ramps count up to this displacement, rad, and all of them together as much as one log whose
 #: scatter is four times that of the loops: like ramps differ by so much.
 FAR, RAMPS = 5e-3, 0.25
+#: Displacements at which torques of ramps are told, rad.
+TOLD = (1e-3, 2e-3, 5e-3)
 #: The swing of torque before a ramp takes so long, s, in so many steps.
 BEFORE, STEPS = 10.0, 100
 #: Starts of the search, and evaluations of each at most.
-STARTS, MOST = 3, 80
+STARTS, MOST = 8, 80
 #: Ranges, by the head of a parameter's name; all but `offset` and `ratio` by their logarithms.
 RANGES = {
     "W": (1e-2, 20.0), "d": (1e-6, 1e-4), "r": (1.2, 30.0), "F_V": (1e-2, 3e3),
@@ -191,6 +193,13 @@ def broke_away(log: Recording) -> list[float]:
     return [round(x, 2) for b in ramps(log) for x in b.levels]
 
 
+def torques(log: Recording, motion: Array) -> list[float]:
+    """The torques at which a ramp has gone each of TOLD, N m; `motion` is where it is, rad."""
+    assert log.force is not None  # noqa: S101 - as above
+    far = np.abs(motion - motion[0])
+    return [round(float(log.force[np.argmax(far >= x)]), 2) for x in TOLD]
+
+
 def measured(name: str) -> dict[str, Any]:
     """Errors on all loops and breakaways of all ramps of a law trained on each loop in turn."""
     law = law_named(name)
@@ -206,13 +215,17 @@ def measured(name: str) -> dict[str, Any]:
             for loop in LOOPS
         }
         peaks = dict(zip(TRAINED, x[k:].tolist(), strict=True))
-        away = {}
+        away, gone = {}, {}
         for ramp in (*TRAINED, *HELD_OUT):
             log = after(logs[ramp], peaks.get(ramp, 0.0))
             motion = replace(log, position=moved(law, x[:k], log)).cut(slice(STEPS, None))
             away[ramp] = {"log": broke_away(logs[ramp]), "law": broke_away(motion)}
+            gone[ramp] = {
+                "log": torques(logs[ramp], logs[ramp].position),
+                "law": torques(motion, motion.position),
+            }
         fits.append({
-            "loop": key, "errors": errors, "breakaway": away, "before": peaks,
+            "loop": key, "errors": errors, "breakaway": away, "torque": gone, "before": peaks,
             "parameters": dict(zip([*law.names, "offset"], x[:k].tolist(), strict=True)),
             "seconds": time.process_time() - start,
         })  # fmt: skip
@@ -221,8 +234,8 @@ def measured(name: str) -> dict[str, Any]:
 
 
 def tables(results: list[dict[str, Any]]) -> list[Table]:
-    """Errors on held-out loops, and breakaways of held-out ramps, by law."""
-    rows, ways = [], []
+    """Errors on held-out loops, and breakaways and torques of held-out ramps, by law."""
+    rows, ways, gone = [], [], []
     for law in results:
         fits = law["fits"]
         own = [fit["errors"][fit["loop"]] for fit in fits]
@@ -235,6 +248,10 @@ def tables(results: list[dict[str, Any]]) -> list[Table]:
             logged = " and ".join(f"{x:.1f}" for x in fits[0]["breakaway"][ramp]["log"])
             texts = (law["law"], ramp, logged, _level(levels, 0), _level(levels, 1))
             ways.append(tuple(map(Cell.label, texts)))
+            told = np.median([fit["torque"][ramp]["law"] for fit in fits], axis=0)
+            of_log = fits[0]["torque"][ramp]["log"]
+            pairs = [f"{a:.1f} ({b:.1f})" for a, b in zip(told, of_log, strict=True)]
+            gone.append(tuple(map(Cell.label, (law["law"], ramp, *pairs))))
     return [
         Table(
             "One law for loops and ramps: the error of the angle, as a share of its deviation",
@@ -245,6 +262,11 @@ def tables(results: list[dict[str, Any]]) -> list[Table]:
             "Breakaway of ramps that were held out, N m: medians over the three fits",
             ("law", "ramp", "measured", "by speed", "by stiffness"),
             tuple(ways),
+        ),
+        Table(
+            "Torque at which ramps that were held out have gone so far, N m, and measured",
+            ("law", "ramp", *(f"{x * 1e3:.0f} mrad" for x in TOLD)),
+            tuple(gone),
         ),
     ]
 

@@ -39,7 +39,6 @@ PARTS = {
     "identification": "Evaluations to identify the slide bed",
     "surfaces": "The paper's functions and their twins",
     "bbob_area": "BBOB",
-    "selection": "Which law two real axes need",
     "axes": "Real axes, beside what others published",
     "other_tools": "Other tools on the same recordings",
     "presliding": "Loops below breakaway",
@@ -47,6 +46,7 @@ PARTS = {
     "exports": "Exported C and co-simulation units",
     "intervals": "Whether intervals hold the truth",
     "faults": "Axes that are not what their rig assumes",
+    "selection": "Which law two real axes need",
 }
 LIBRARIES = (
     "stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment", "mujoco",
