@@ -142,6 +142,21 @@ def test_clean_logs_raise_no_alarm() -> None:
     assert not [s for seed in range(3) for s in model_sentences(fitted("clean", seed))]
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_force_that_is_held_for_a_tick_is_no_wave_in_time(seed: int) -> None:
+    """Half a tick of 1 ms is most of what 28 kg leave over that are moved by seven times 7.5 N."""
+    rng = np.random.default_rng(seed)
+    t, x = sines(20.0, np.array([0.129, 0.0286, 0.01256]), np.array([0.472, 1.275, 1.936]))
+    curve, loop = Curve(9.1, 7.5, 8.0, 0.0275), driven.Loop(kp=4e5, kd=4.7e3, mass_ff=25.0)
+    run = driven.simulate(28.0, curve, curve, loop, t, x, driven.Extras(offset=1.1))._asdict()
+    table = sensors.noisy(sensors.noisy(run, "force", 0.025, rng), "position", 6e-8, rng)
+    log = Recording(table["t"], table["position"], force=table["force"])
+    fit = identify(log, rig="forced", law="stribeck")
+    assert not [s for s in model_sentences(fit) if "wave" in s or "backlash" in s]
+    mass = next(e for e in fit.estimates if e.name == "M")
+    assert mass.low < 28.0 < mass.high
+
+
 def test_a_joint_by_output_error_shows_the_square_of_the_speed() -> None:
     def fit_of(square: float) -> Fit:
         rng = np.random.default_rng(2)

@@ -54,6 +54,7 @@ _WORDS = {
     ("time", "inertia", "change"): "is that of an inertia that changes {scale}",
     ("time", "inertia", ""): "is that of an inertia that changes over the log",
     ("reversal", "force", "play"): "lies within {scale} of reversals as backlash's",
+    ("reversal", "force", "turn"): "lies within {scale} of reversals, where the low pass rounds",
     ("acceleration", "force", "load"): "goes with the size of the acceleration",
     ("acceleration", "force", ""): "goes with the acceleration",
 }
@@ -148,6 +149,8 @@ def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recordin
         text = _of_speed(parameters, effect)
     elif effect.variable == "position":
         text = _of_position(parameters, effect)
+    elif effect.pattern == "turn":
+        text = "log at a higher rate, or turn round more slowly; if there is play, take it out"
     elif effect.variable == "reversal":
         text = "take the play out, or measure the position where the force acts"
     elif effect.variable == "acceleration":

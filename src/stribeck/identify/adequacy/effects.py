@@ -2,8 +2,9 @@
 
 An effect counts if chance does not explain it and if it is material. Chance is judged by blocks of
 rows (`bins`): in twelve equal-count bins of speed, position, time and acceleration, which see
-anything, and along patterns with a name, which see less and that sooner. Material is what moves
-a parameter by a good part of its interval once the pattern is estimated with it.
+anything, and along patterns with a name, which see less and that sooner. What sampling leaves is
+taken out before. Material is what moves a parameter by a good part of its interval once the pattern
+is estimated with it.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class Effect:
         variable: What it goes with.
         kind: Whether it is a force, friction, whose sign is the velocity's, or an inertia's.
         pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `change`, `tone`, `load`,
-            `play`; empty for another.
+            `play`, or `turn` where sampling leaves as much; empty for another.
         scale: A period, a speed or a time that shapes it, SI; nan where none does.
         share: Of the residual's variance that it explains.
         probability: That chance explains as much.
@@ -137,15 +138,18 @@ def effects(rows: ResidualRows) -> Effects:
     if block.max() + 1 < FEWEST:
         return Effects((), (), float("nan"))
     flips, k, noise = signs(block), len(rows.names), float(np.sqrt(np.mean(rows.residual**2)))
-    remainder = Remainder(rows, np.empty((len(rows), 0)))
+    most = _no_terms(rows).shape[1]
+    rows = _with_what_sampling_leaves(rows)
+    sampled = 0 < most == _no_terms(rows).shape[1]
+    remainder = Remainder(rows, _no_terms(rows))
     looks = first = _looks(remainder.rows, block, flips)
-    result = _play(rows, remainder, block, flips)
+    result = _at_reversals(rows, remainder, block, flips, "turn" if sampled else "play")
     if result:
         away = behind_reversals(rows) == ROWS_BEHIND
         rows, block = rows.rows(away), block[away]
-        remainder = Remainder(rows, np.empty((len(rows), 0)))
+        remainder = Remainder(rows, _no_terms(rows))
         looks = _looks(remainder.rows, block, flips)
-    columns = np.empty((len(rows), 0))
+    columns = _no_terms(rows)
     while len(result) < MOST:
         candidates = [c for look in looks if (c := _candidate(remainder, look, block, flips))]
         if not candidates:
@@ -162,8 +166,31 @@ def effects(rows: ResidualRows) -> Effects:
     return Effects(first, tuple(result), noise)
 
 
-def _play(
-    rows: ResidualRows, remainder: Remainder, block: NDArray[np.intp], flips: Array
+def _with_what_sampling_leaves(rows: ResidualRows) -> ResidualRows:
+    """The rows with those columns of sampling alone that are in a residual as they may be.
+
+    What has more of them than sampling makes has it from elsewhere: play does.
+    """
+    k, columns = len(rows.names), _no_terms(rows)
+    while columns.shape[1]:
+        sizes = np.abs(Remainder(rows, columns).x[k:])
+        if sizes.max() <= 1.0:
+            break
+        columns = np.delete(columns, int(sizes.argmax()), axis=1)
+    return replace(rows, sampling=columns)
+
+
+def _no_terms(rows: ResidualRows) -> Array:
+    """Columns of a residual that stand for no term of a model, (rows, any)."""
+    return np.empty((len(rows), 0)) if rows.sampling is None else rows.sampling
+
+
+def _at_reversals(
+    rows: ResidualRows,
+    remainder: Remainder,
+    block: NDArray[np.intp],
+    flips: Array,
+    pattern: Literal["play", "turn"],
 ) -> list[Effect]:
     """The effect of rows right behind reversals, if there is one: what leaving them out changes.
 
@@ -176,11 +203,11 @@ def _play(
         return []
     behind = behind_reversals(rows) < ROWS_BEHIND
     others = rows.rows(~behind)
-    x = Remainder(others, np.empty((len(others), 0))).x
-    shifts = _material(rows, [dict(zip(rows.names, x.tolist(), strict=True))])
+    x = Remainder(others, _no_terms(others)).x
+    shifts = _material(rows, [dict(zip(rows.names, x[: len(rows.names)].tolist(), strict=True))])
     size = float(np.sqrt(np.sum(rows.residual[behind] ** 2) / len(rows)))
     reach = ROWS_BEHIND * float(np.median(np.diff(rows.t)))
-    return [Effect("reversal", "force", "play", reach, share, chance, shifts, size=size)]
+    return [Effect("reversal", "force", pattern, reach, share, chance, shifts, size=size)]
 
 
 def _looks(rows: ResidualRows, block: NDArray[np.intp], flips: Array) -> tuple[BinnedResidual, ...]:
@@ -243,7 +270,7 @@ def _candidate(
 def _shifts(remainder: Remainder, columns: Array) -> dict[str, float]:
     """What the parameters change by if columns are estimated, too, SI, by name."""
     rows = remainder.rows
-    x = Remainder(rows, columns).x[: len(rows.names)]
+    x = Remainder(rows, np.column_stack([_no_terms(rows), columns])).x[: len(rows.names)]
     return dict(zip(rows.names, x.tolist(), strict=True))
 
 

@@ -35,6 +35,8 @@ WAVE_SAMPLES = 6000
 #: of its own; periods of it in each log, steps of a period between two that are looked at, and
 #: rows of trials of chance that are worked on at once.
 TONE, PERIODS, TONE_STEP, TRIALS = 0.5, 4.0, 0.25, 64
+#: Share of a motion that a tone makes up from which on it is the motion's.
+OF_MOTION = 0.1
 #: A log that lasts so many times as long as its rows has gaps that no spectrum is worth.
 SPARSE = 16.0
 
@@ -249,11 +251,20 @@ def tone(
 
 
 def _is_of_motion(rows: ResidualRows, columns: Array) -> bool:
-    """Whether where the axis is, or how fast, makes up most of what some columns are."""
+    """Whether a motion has the rhythm of some columns.
+
+    Where the axis is, or how fast, makes up most of what they are; or they make up a good part of
+    what it does.
+    """
     places = 2 * bin_of(rows.position) + (rows.velocity > 0)
     speeds = 2 * bin_of(rows.velocity) + (rows.acceleration > 0)
     for which in (places, speeds):
         means = np.column_stack([between(column, which) for column in columns.T])
         if np.sum(means**2) > TONE * np.sum(columns**2):
+            return True
+    lengths = np.sqrt(np.sum(columns**2, axis=0))
+    for channel in (rows.velocity, rows.acceleration):
+        inner = np.einsum("ij,i->j", columns, channel) / lengths
+        if inner @ inner > OF_MOTION * (channel @ channel):
             return True
     return False

@@ -40,6 +40,7 @@ class ResidualRows:
         other: Velocity as measured, where the others are of the model's motion: a row counts only
             if both slide the same way, (rows,).
         reach: Rows to each side that a filter mixes with one.
+        sampling: What sampling leaves at most of the force of a model that is right, (rows, any).
         pace: Speed below which it does not slide, SI; a share of the top speed if that is more.
     """
 
@@ -56,6 +57,7 @@ class ResidualRows:
     other: Array | None = None
     pace: float = 0.0
     reach: int = 1
+    sampling: Array | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -94,9 +96,11 @@ class ResidualRows:
     def rows(self, chosen: NDArray[np.bool_]) -> ResidualRows:
         """The rows that are chosen."""
         arrays = ("log", "t", "position", "velocity", "acceleration", "residual", "jacobian")
-        other = None if self.other is None else self.other[chosen]
         columns = {name: getattr(self, name)[chosen] for name in arrays}
-        return replace(self, other=other, **columns)
+        for name in ("other", "sampling"):
+            values = getattr(self, name)
+            columns[name] = None if values is None else values[chosen]
+        return replace(self, **columns)
 
     def sliding(self) -> ResidualRows:
         """The rows in which the axis slides, and has and will as far as a filter reaches.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..adequacy.residual_rows import ResidualRows
+from .sampling_residual import sampling_residual
 
 if TYPE_CHECKING:
     from ..uncertainty.estimates import Estimate
@@ -43,4 +44,5 @@ def balance_rows(
         names=tuple(solution.names[i] for i in free),
         values=solution.values[free],
         half_widths=half_widths,
+        sampling=sampling_residual(solution),
     )

@@ -29,12 +29,11 @@ from ..uncertainty.covariance import HALF_WIDTH, correlation_time, quick_look
 from . import variable_projection
 from .lag_evidence import ratios, searched_errors
 from .lag_search import LagSums, best_lags, columns, lag_sums
-from .modelled_force import force_signal
+from .modelled_force import force_signal, slope_over_time
 from .regression import System, stacked
 
 if TYPE_CHECKING:
     from ...data.derived_channel import SampledChannel
-    from ...data.zero_phase import Samples, Signal
     from .balance import Balance
     from .rows import Log
 
@@ -411,32 +410,9 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     del J, W, force
     models = [force_signal(system.rig, system.law, log, p) for log in system.logs]
     return stacked([
-        log.thin(partial(_slope, log, model))
+        log.thin(partial(slope_over_time, log, model))
         for log, model in zip(system.logs, models, strict=True)
     ])  # fmt: skip
-
-
-def _slope(log: Log, model: Signal, at: Samples) -> Array:
-    """The slope of a modelled force over time at some samples, of neighbours that count alone.
-
-    Across a reversal, where samples do not count, the force of friction steps: that is no slope
-    of what a delay would move.
-    """
-    rows = np.arange(at.start, at.stop) if isinstance(at, slice) else at
-    before, after = np.maximum(rows - 1, 0), np.minimum(rows + 1, len(log) - 1)
-    before = np.where(log.unsure[before], rows, before)
-    after = np.where(log.unsure[after], rows, after)
-
-    def modelled(samples: Samples) -> Array:
-        return np.asarray(model(samples) + log.known_at(samples))
-
-    if isinstance(at, slice):
-        first = max(at.start - 1, 0)
-        force = modelled(slice(first, min(at.stop + 1, len(log))))
-        rise = force[after - first] - force[before - first]
-    else:
-        rise = modelled(after) - modelled(before)
-    return np.asarray(rise * log.rate / np.maximum(after - before, 1))
 
 
 def _slopes(solution: Balance, lag: float, reach: float) -> Array:

@@ -1,9 +1,11 @@
-"""The force that a model makes of a filtered log, as a signal over its samples."""
+"""The force that a model makes of a filtered log, as a signal over its samples, and its slope."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ...space import Array
 from .rows import FilteredMotion, Log
@@ -47,3 +49,26 @@ def force_signal(rig: BalancedRig, law: Law, log: Log, p: Array) -> Signal:
         return rig.force(law, p, *motion, friction(at, motion))
 
     return force
+
+
+def slope_over_time(log: Log, model: Signal, at: Samples) -> Array:
+    """The slope of a modelled force over time at some samples, of neighbours that count alone.
+
+    Across a reversal, where samples do not count, the force of friction steps: that is no slope
+    of what a delay would move.
+    """
+    rows = np.arange(at.start, at.stop) if isinstance(at, slice) else at
+    before, after = np.maximum(rows - 1, 0), np.minimum(rows + 1, len(log) - 1)
+    before = np.where(log.unsure[before], rows, before)
+    after = np.where(log.unsure[after], rows, after)
+
+    def modelled(samples: Samples) -> Array:
+        return np.asarray(model(samples) + log.known_at(samples))
+
+    if isinstance(at, slice):
+        first = max(at.start - 1, 0)
+        force = modelled(slice(first, min(at.stop + 1, len(log))))
+        rise = force[after - first] - force[before - first]
+    else:
+        rise = modelled(after) - modelled(before)
+    return np.asarray(rise * log.rate / np.maximum(after - before, 1))
