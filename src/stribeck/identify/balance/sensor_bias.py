@@ -181,28 +181,30 @@ def _dilution(solved: Balance, recordings: Sequence[Recording]) -> float:
     return share
 
 
-def inertial_noise(
+def acceleration_noise(
     solved: Balance, recordings: Sequence[Recording], rows: Sequence[Rows | None]
 ) -> float:
-    """Standard deviation of the force that a balance makes of the motion's error, N (N m).
-
-    The error of an acceleration, times the mass: a balance of a smaller mass leaves less of it.
+    """Standard deviation of what the motion's error makes of the acceleration, m/s^2 (rad/s^2).
 
     Args:
-        solved: The balance.
+        solved: A balance.
         recordings: Its logs.
         rows: Which of their samples count.
     """
-    system = solved.system
-    columns = system.rig.columns_of(np.array([0.0, 1.0]), np.zeros((2, len(LOADS))))
-    own = zip(system.rig.own(system.law), solved.values[len(system.law.params) :], strict=True)
-    mass = sum(float(value * np.ptp(columns[q.name])) for q, value in own)
     noisier = _noisier_logs(solved, recordings, rows, np.random.default_rng(SEED))
     errors = [
         _accelerations(replace(noisy, unsure=log.unsure)) - _accelerations(log)
-        for log, noisy in zip(system.logs, noisier, strict=True)
+        for log, noisy in zip(solved.system.logs, noisier, strict=True)
     ]
-    return mass * float(np.std(stacked(errors)))
+    return float(np.std(stacked(errors)))
+
+
+def mass_of(solved: Balance) -> float:
+    """What a balance multiplies the acceleration by, kg (kg m^2)."""
+    rig, law = solved.system.rig, solved.system.law
+    columns = rig.columns_of(np.array([0.0, 1.0]), np.zeros((2, len(LOADS))))
+    own = zip(rig.own(law), solved.values[len(law.params) :], strict=True)
+    return sum(float(value * np.ptp(columns[q.name])) for q, value in own)
 
 
 def _accelerations(log: Log) -> Array:

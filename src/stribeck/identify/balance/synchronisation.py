@@ -24,7 +24,7 @@ from .balance import NOTHING, Balance, balance
 from .channel_delay import ChannelDelay, channel_delay
 from .channel_filter import CLEARLY, SURELY, ChannelFilter, channel_filter
 from .curve_prior import of_free_curve
-from .sensor_bias import inertial_noise
+from .sensor_bias import acceleration_noise, mass_of
 from .training_rows import training_rows
 from .velocity_source import VelocitySource, with_velocity
 
@@ -377,24 +377,22 @@ def _worth(
     Raises:
         InputError: too few rows.
     """
-    (square, noise, rows_before), (square_after, noise_after, rows_after) = (
-        _misfit(parameters, *logs) for logs in (before, after)
-    )
+    solved = balance(before[0], parameters, rows=before[1])
+    noise = acceleration_noise(solved, *before)
+    square, mass, rows = _misfit(solved)
+    del solved  # before that of the moved logs is made
+    square_after, mass_after, rows_after = _misfit(balance(after[0], parameters, rows=after[1]))
+    square -= max(mass**2 - mass_after**2, 0.0) * noise**2
     tiny = float(np.finfo(float).tiny)
-    square -= max(noise - noise_after, 0.0)
-    fall = float(np.log(max(square, tiny) / max(square_after, tiny)))
-    return min(rows_before, rows_after) * fall
+    return min(rows, rows_after) * float(np.log(max(square, tiny) / max(square_after, tiny)))
 
 
-def _misfit(
-    parameters: Parameters, recordings: Sequence[Recording], rows: Sequence[Rows | None]
-) -> tuple[float, float, float]:
-    """Variance of the residuals of logs, that of the motion's error in them, independent rows."""
-    solved = balance(recordings, parameters, rows=rows)
+def _misfit(solved: Balance) -> tuple[float, float, float]:
+    """Variance of the residuals of a balance, its mass, and how many rows are independent."""
     release(solved.system.samples)
     r = solved.residuals
-    independent = len(r) / correlation_time(r, [len(g.t) for g in solved.system.logs])
-    return solved.residual_sd**2, inertial_noise(solved, recordings, rows) ** 2, independent
+    independent = len(r) / correlation_time(r, [len(log.t) for log in solved.system.logs])
+    return solved.residual_sd**2, mass_of(solved), independent
 
 
 def _whole(moved: float, left: ChannelDelay, before: ChannelDelay) -> ChannelDelay:
