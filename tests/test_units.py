@@ -12,7 +12,10 @@ import pytest
 from stribeck.errors import InputError
 from stribeck.units import EVERYDAY, Unit, _asked, _everyday, convertible, unit
 
-FORMS = ["{a}", "1/{a}", "{a}**2", "{a}/{b}", "{a} {b}", "{a}/{b}**2", "{b} {a}/({b} {a})"]
+FORMS = [
+    "{a}", "1/{a}", "{a}**2", "{a}/{b}", "{a} {b}", "{a}*{b}", "{a}/{b}**2", "{a}/{b}/{a}",
+    "{b}*{a}**2/{b}/{a}**3", "{b} {a}/({b} {a})", "{b}/{a}/({b} {a})",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("form", FORMS)

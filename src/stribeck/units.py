@@ -88,7 +88,9 @@ EVERYDAY: dict[str, tuple[float, dict[str, int]]] = {
     "A": (1.0, {"A": 1}), "mA": (1e-3, {"A": 1}), "V": (1.0, _VOLT), "mV": (1e-3, _VOLT),
 }  # fmt: skip
 _WORD = r"[A-Za-z]+(?:\*\*[23])?"
-_QUOTIENT = re.compile(rf"(1|{_WORD}(?: {_WORD})*)(?:/(?:({_WORD})|\(({_WORD}(?: {_WORD})*)\)))?")
+_QUOTIENT = re.compile(
+    rf"(1|{_WORD}(?:[ *]{_WORD})*)((?:/{_WORD})*)(?:/\(({_WORD}(?: {_WORD})*)\))?"
+)
 
 
 def _everyday(written: str, text: str) -> Unit | None:
@@ -96,7 +98,8 @@ def _everyday(written: str, text: str) -> Unit | None:
     match = _QUOTIENT.fullmatch(text)
     if match is None:
         return None
-    numerator, denominator = match[1].removeprefix("1"), match[2] or match[3] or ""
+    numerator = re.sub(r"(?<!\*)\*(?=[A-Za-z])", " ", match[1].removeprefix("1"))
+    denominator = f"{match[2].replace('/', ' ')} {match[3] or ''}"
     scale, powers = 1.0, dict.fromkeys(("A", "count", "K", "kg", "m", "rad", "s"), 0)
     for word, sign in chain(
         ((w, 1) for w in numerator.split()), ((w, -1) for w in denominator.split())

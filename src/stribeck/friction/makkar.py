@@ -1,12 +1,13 @@
 """The six-parameter law of Makkar and others: differentiable, made of hyperbolic tangents."""
 
 from itertools import product
-from math import atanh, copysign, log, tanh
+from math import atanh, copysign, log
 
 import numpy as np
 
 from ..compile_cache import compiled
 from ..space import Array, Param
+from .hyperbolic import tanh
 from .law import Law, RigidLimit, by_direction, slip_law
 from .stribeck import STRIBECK, STRIBECK_DIRECTIONAL
 

@@ -1,11 +1,12 @@
 """A Stribeck curve without a jump at rest, as simulators of block diagrams have it."""
 
-from math import copysign, e, exp, sqrt, tanh
+from math import copysign, e, exp, sqrt
 
 import numpy as np
 
 from ..compile_cache import compiled
 from ..space import Array, Param
+from .hyperbolic import tanh
 from .law import Law, RigidLimit, by_direction, slip_law
 from .stribeck import STRIBECK, STRIBECK_DIRECTIONAL
 

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 from numba import float64
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ...compile_cache import compiled
 from ...friction.orders import Order
@@ -141,8 +142,8 @@ def search(
     """The point of the unit cube with the least sum of squared residuals.
 
     A grid of starts, the same each time, or those given, (n, dim); the best are polished by bounded
-    least squares. In one dimension the grid is so fine that descents begin at its minima alone:
-    any other start leads to one of these.
+    least squares. Where the grid is fine, in one dimension and in two, descents begin at its minima
+    alone: what lies beside a better start leads to where that one does.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - slow to import
 
@@ -154,14 +155,20 @@ def search(
     best: Array = grid[np.argmin(costs)]
     least = float(costs.min())
     order = np.argsort(costs, kind="stable")
-    if start is None and dim == 1:
-        beside = np.pad(costs, 1, constant_values=np.inf)
-        order = order[((costs <= beside[:-2]) & (costs <= beside[2:]))[order]]
+    if start is None and dim in _LEVELS:
+        order = order[_minima(costs.reshape((n,) * dim)).ravel()[order]]
     for first in grid[order[:polished]]:
         fit = least_squares(residuals, first, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12)
         if 2 * fit.cost < least:
             best, least = np.asarray(fit.x), 2 * float(fit.cost)
     return best
+
+
+def _minima(costs: Array) -> Array:
+    """Which points of a grid no neighbour is below, diagonal ones included."""
+    around = sliding_window_view(np.pad(costs, 1, constant_values=np.inf), (3,) * costs.ndim)
+    least = around.min(axis=tuple(range(-costs.ndim, 0)))
+    return np.asarray(costs <= least)
 
 
 def covariance(W: Array, sd: float, stopped: Sequence[int] = ()) -> Array:
