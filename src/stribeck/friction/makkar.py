@@ -19,7 +19,7 @@ _SLOWER, _STEEPER = (1.0, 10.0), (10.0, 100.0, 1000.0)
 
 @compiled()
 def _force(v: float, g1: float, g2: float, g3: float, g4: float, g5: float, g6: float) -> float:
-    return g1 * (tanh(g2 * v) - tanh(g3 * v)) + g4 * tanh(g5 * v) + g6 * v
+    return g1 * (tanh(g2 * v) - tanh(g3 * v)) + g4 * tanh(g5 * v) + g6 * v  # type: ignore[no-any-return]
 
 
 def _slip(v: float, p: Array) -> float:

@@ -19,7 +19,8 @@ _BREAKS = (10.0, 1.0, 0.1)
 @compiled()
 def _force(v: float, F_S: float, F_C: float, F_V: float, v_brk: float) -> float:
     r = v / (_PEAK * v_brk)
-    return sqrt(2.0 * e) * (F_S - F_C) * exp(-r * r) * r + F_C * tanh(v / (_TURN * v_brk)) + F_V * v
+    peak = sqrt(2.0 * e) * (F_S - F_C) * exp(-r * r) * r
+    return peak + F_C * tanh(v / (_TURN * v_brk)) + F_V * v  # type: ignore[no-any-return]
 
 
 def _slip(v: float, p: Array) -> float:
