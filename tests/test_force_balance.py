@@ -236,6 +236,20 @@ def test_a_stribeck_fit_of_coulomb_data_is_not_confident() -> None:
     assert abs(result["M"] - 95.0) < 5 * result.standard_error("M")
 
 
+@pytest.mark.parametrize("dim", [1, 2])
+def test_a_basin_is_searched_that_a_better_grid_point_and_its_neighbours_are_not_in(
+    dim: int,
+) -> None:
+    wide, narrow = np.full(dim, 0.25), np.full(dim, 0.8)
+
+    def residuals(u: Array) -> Array:
+        """Of 0.02 at the least in a wide basin, of 0 in one that is five times as narrow."""
+        ways = np.append(u - wide, np.sqrt(0.02)), np.append(5.0 * (u - narrow), 0.0)
+        return min(ways, key=lambda r: float(r @ r))
+
+    np.testing.assert_allclose(variable_projection.search(residuals, dim), narrow, atol=1e-6)
+
+
 def test_covariance_is_the_textbook_s_and_says_what_it_cannot_see() -> None:
     rng = np.random.default_rng(1)
     W = rng.standard_normal((50, 3)) * [1.0, 1e-6, 1e6]
