@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from patience import PATIENCE
 from stribeck import InputError
 from stribeck.friction import LAWS, LOADS, TERMS, Law, addressed, friction, law_named, stick
-from stribeck.friction.hyperbolic import tanh
 from stribeck.rig.balanced import slips
 from stribeck.rig.slide_bed import PUBLISHED
 from stribeck.space import Array, Space
@@ -271,14 +270,6 @@ BY_HAND = [
 @pytest.mark.parametrize(("name", "p", "v", "force"), BY_HAND)
 def test_sliding_friction_by_hand(name: str, p: list[float], v: float, force: float) -> None:
     assert math.isclose(LAWS[name].friction(np.array([v]), np.array(p))[0], force, rel_tol=1e-7)
-
-
-def test_the_hyperbolic_tangent_is_the_c_librarys_to_eight_units_in_the_last_place() -> None:
-    sizes = np.concatenate([np.logspace(-300, 3, 20_000), np.linspace(0.1, 0.2, 20_000), [0.0]])
-    for y in (*sizes, *-sizes, np.inf, -np.inf):
-        assert abs(tanh(y) - math.tanh(y)) <= 8.0 * np.spacing(abs(math.tanh(y)))
-    assert math.copysign(1.0, tanh(-0.0)) == -1.0
-    assert math.isnan(tanh(np.nan))
 
 
 @pytest.mark.parametrize("law", [LAWS["stribeck-smooth"], LAWS["makkar"]], ids=lambda law: law.name)

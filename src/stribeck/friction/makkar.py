@@ -1,13 +1,12 @@
 """The six-parameter law of Makkar and others: differentiable, made of hyperbolic tangents."""
 
 from itertools import product
-from math import atanh, copysign, log
+from math import atanh, copysign, log, tanh
 
 import numpy as np
 
 from ..compile_cache import compiled
 from ..space import Array, Param
-from .hyperbolic import tanh
 from .law import Law, RigidLimit, by_direction, slip_law
 from .stribeck import STRIBECK, STRIBECK_DIRECTIONAL
 
@@ -19,7 +18,7 @@ _SLOWER, _STEEPER = (1.0, 10.0), (10.0, 100.0, 1000.0)
 
 @compiled()
 def _force(v: float, g1: float, g2: float, g3: float, g4: float, g5: float, g6: float) -> float:
-    return g1 * (tanh(g2 * v) - tanh(g3 * v)) + g4 * tanh(g5 * v) + g6 * v  # type: ignore[no-any-return]
+    return g1 * (tanh(g2 * v) - tanh(g3 * v)) + g4 * tanh(g5 * v) + g6 * v
 
 
 def _slip(v: float, p: Array) -> float:

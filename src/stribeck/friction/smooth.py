@@ -1,12 +1,11 @@
 """A Stribeck curve without a jump at rest, as simulators of block diagrams have it."""
 
-from math import copysign, e, exp, sqrt
+from math import copysign, e, exp, sqrt, tanh
 
 import numpy as np
 
 from ..compile_cache import compiled
 from ..space import Array, Param
-from .hyperbolic import tanh
 from .law import Law, RigidLimit, by_direction, slip_law
 from .stribeck import STRIBECK, STRIBECK_DIRECTIONAL
 
@@ -19,8 +18,7 @@ _BREAKS = (10.0, 1.0, 0.1)
 @compiled()
 def _force(v: float, F_S: float, F_C: float, F_V: float, v_brk: float) -> float:
     r = v / (_PEAK * v_brk)
-    peak = sqrt(2.0 * e) * (F_S - F_C) * exp(-r * r) * r
-    return peak + F_C * tanh(v / (_TURN * v_brk)) + F_V * v  # type: ignore[no-any-return]
+    return sqrt(2.0 * e) * (F_S - F_C) * exp(-r * r) * r + F_C * tanh(v / (_TURN * v_brk)) + F_V * v
 
 
 def _slip(v: float, p: Array) -> float:
