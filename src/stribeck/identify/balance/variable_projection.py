@@ -142,8 +142,8 @@ def search(
     """The point of the unit cube with the least sum of squared residuals.
 
     A grid of starts, the same each time, or those given, (n, dim); the best are polished by bounded
-    least squares. Where the grid is fine, in one dimension and in two, descents begin at its minima
-    alone: what lies beside a better start leads to where that one does.
+    least squares. In one dimension and in two they are the grid's minima alone, so that no two of
+    them are neighbours, which lead to one place more often than not.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - slow to import
 
