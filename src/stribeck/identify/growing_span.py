@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..rig.motion.track import prefix_sums
 from ..rig.two_masses import TwoMassRig
 from .nested_answers import descended
 from .refinement import Refined
@@ -56,11 +55,7 @@ def _begun(train: Sequence[Segment], share: float) -> list[Segment]:
         counts = np.flatnonzero(track.score)
         n = int(counts[int(share * (len(counts) - 1))]) + 1
         shared = inputs.setdefault(id(track.inputs), np.ascontiguousarray(track.inputs[:, :n]))
-        measured, score = track.measured[:n], track.score[:n]
-        begun = track._replace(
-            t=track.t[:n], measured=measured, score=score, inputs=shared,
-            sums=prefix_sums(score, measured - track.x0),
-        )  # fmt: skip
+        begun = track.of_samples(slice(n))._replace(inputs=shared)
         rows = slice(segment.rows.start, min(segment.rows.stop, segment.begin + n))
         result.append(replace(segment, track=begun, rows=rows))
     return result

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from ..rig.simulated import as_simulated
 from ..space import Array
 from .fit_warnings import RIVAL
 from .free_constants import FreeConstantsProblem
+from .horizons import NearPlaces, evaluations_of, has_horizons, horizon_ends
 from .initial_state import FreeStartProblem, free_starts
 from .nested_answers import Answers, is_rich, richest, rigid_limit
 from .parameters import WIDENINGS, Parameters
@@ -97,26 +99,26 @@ def multistart(
     start_time, answers = time.perf_counter(), {} if answers is None else answers
     smooth = not sticks_and_slips(problem)
     searched = problem.thinned() if smooth and settings.memetic else problem
-    runs, polished, evaluations, interrupted = _own(searched, settings, progress, smooth=smooth)
-    done = known or interrupted or not smooth or reached(settings, polished[0].cost)
-    simple = None if done or not settings.memetic else richest(problem.parameters)
+    simple = richest(problem.parameters) if smooth and settings.memetic and not known else None
+    own = _own(searched, settings, progress, smooth=smooth, near=not known)
+    problem, searched = _over(problem, searched, own.parameters)
+    runs, polished, evaluations, interrupted = own.runs, own.polished, own.rows, own.interrupted
     below, least = 0, list(known)  # evaluations that are not of this law's budget
-    if simple is not None:
+    if simple is not None and not (interrupted or reached(settings, polished[0].cost)):
         solve = partial(multistart, settings=settings, progress=progress, answers=answers)
-        held, least, below, interrupted = _contained_answer(problem, simple, solve)
-        searched = held if searched is problem else searched.over(held.parameters)
-        problem = held
+        reaching, least, below, interrupted = _contained_answer(problem, simple, solve)
+        problem, searched = _over(problem, searched, reaching)
     answer = Refined(polished[0].x, polished[0].cost, 0, rivals=tuple(least))
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
+        simpler = None if known or own.near else answers
         answer, interrupted = refined_answer(
-            searched, answer, settings, progress, allowance, None if known else answers
+            searched, answer, settings, progress, allowance, simpler
         )
     evaluations += answer.evaluations
     seconds = time.perf_counter() - start_time
-    allowance = settings.budget * settings.repeats - evaluations
-    if interrupted or settings.polishing is False:
-        allowance = 0
+    unspent = settings.budget * settings.repeats - evaluations
+    allowance = 0 if interrupted or settings.polishing is False else unspent
     if problem.parameters.objective.loss == "absolute" and not interrupted:
         problem = problem.finer()
     refit = (problem is not searched and allowance > 1) or bool(least)
@@ -176,58 +178,96 @@ def _spread(polished: Sequence[Polished], level: float) -> tuple[Array, int]:
     return deviation, len(near)
 
 
-def _own(
-    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
-) -> tuple[list[Run], list[Polished], int, bool]:
-    """The repeats of a problem's own search and what polishing makes of them, the best first.
+class _OwnSearch(NamedTuple):
+    """What a problem's own search met.
 
-    With the evaluations, and whether Ctrl-C ended them.
+    Args:
+        parameters: Those of the problem, in ranges that hold it.
+        runs: Its repeats, the best first.
+        polished: What polishing makes of them.
+        rows: Evaluations in all.
+        near: Whether they began at places near the answer.
+        interrupted: Whether Ctrl-C ended it.
     """
-    near, rows = ([], 0) if smooth else _near_limit(problem, settings, progress)
-    runs, interrupted = repeated(problem, settings, progress, smooth=smooth, near=near)
+
+    parameters: Parameters
+    runs: list[Run]
+    polished: list[Polished]
+    rows: int
+    near: bool
+    interrupted: bool
+
+
+def _own(
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool,
+    near: bool,
+) -> _OwnSearch:  # fmt: skip
+    """The repeats of a problem's own search, which may begin `near` its answer."""
+    begin = NearPlaces(problem.parameters, [], 0)
+    if near:
+        begin = _near(problem, settings, progress, smooth=smooth)
+        problem = problem.over(begin.parameters)
+    runs, interrupted = repeated(problem, settings, progress, smooth=smooth, near=begin.places)
     runs, polished, interrupted = polished_runs(problem, runs, settings, interrupted)
-    rows += sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
-    return runs, polished, rows, interrupted
+    rows = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
+    rows += begin.evaluations
+    return _OwnSearch(begin.parameters, runs, polished, rows, bool(begin.places), interrupted)
 
 
-def _near_limit(
-    problem: MotionProblem, settings: SearchSettings, progress: Progress | None
-) -> tuple[list[Array], int]:
-    """Points of a stick-slip problem near the answer of its law's rigid limit, SI; and the rows.
+def _near(
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
+) -> NearPlaces:
+    """Places near the answer: over horizons in many dimensions, in stick-slip of the rigid limit.
 
-    None where there is no such law, a force balance shows the answer, or the search is another's.
+    None where there is no such way, a force balance shows the answer, or the search is another's.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C ended the search of that law.
+        KeyboardInterrupt: Ctrl-C ended the search for them.
     """
+    nowhere = NearPlaces(problem.parameters, [], 0)
+    if not settings.memetic or settings.settings:
+        return nowhere
+    if smooth:
+        rich = richest(problem.parameters) is not None and has_horizons(problem)
+        affordable = settings.budget >= evaluations_of(problem)
+        return horizon_ends(problem, settings, progress) if rich and affordable else nowhere
     limit, rig = rigid_limit(problem.parameters), as_simulated(problem.parameters.rig)
-    if limit is None or rig.only_pushed or not settings.memetic or settings.settings:
-        return [], 0
+    if limit is None or rig.only_pushed:
+        return nowhere
     optimum = multistart(MotionProblem(limit, problem.train), settings, progress)
     if optimum.interrupted:
         raise KeyboardInterrupt
     answer = optimum.problem.parameters
     p = answer.full(optimum.x[None, : len(answer.free)])[0]
-    return carried(answer, p, problem.parameters), optimum.search.evaluations
+    places = carried(answer, p, problem.parameters)
+    return NearPlaces(problem.parameters, places, optimum.search.evaluations)
 
 
 def _contained_answer(
     problem: MotionProblem, simple: Parameters, solve: Callable[[MotionProblem], Optimum]
-) -> tuple[MotionProblem, list[Array], int, bool]:
+) -> tuple[Parameters, list[Array], int, bool]:
     """The answer of a contained law, searched as an identification with that law searches it.
 
     It ends at the same place, so that the richer law, which is given that, is never worse.
 
     Returns:
-        The richer law's problem, in ranges that hold the answer; the answer there, SI, (dim,); the
-        evaluations; and whether Ctrl-C ended the search.
+        The richer law's parameters, in ranges that hold the answer; the answer there, SI, (dim,);
+        the evaluations; and whether Ctrl-C ended the search.
     """
     optimum = solve(MotionProblem(simple, problem.train))
     answer, rich = optimum.problem.parameters, problem.parameters
     p = answer.full(optimum.x[None, : len(answer.free)])[0]
     wider = rich.reaching(placed(answer, p, rich))
     points = carried(answer, p, wider)
-    return problem.over(wider), points, optimum.search.evaluations, optimum.interrupted
+    return wider, points, optimum.search.evaluations, optimum.interrupted
+
+
+def _over(
+    problem: MotionProblem, searched: MotionProblem, parameters: Parameters
+) -> tuple[MotionProblem, MotionProblem]:
+    """A problem and the one on fewer samples, or the same, over other search ranges."""
+    other = problem.over(parameters)
+    return other, other if searched is problem else searched.over(parameters)
 
 
 def _on_all_samples(

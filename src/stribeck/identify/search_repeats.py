@@ -81,7 +81,8 @@ def repeated(
     """The repeats; where those of a smooth problem, or of slips, confirm each other no more.
 
     Where a force balance or another law shows where the answer is, they descend from there; others
-    only where that leaves more than noise.
+    only where that leaves more than noise. Places near the answer of a smooth problem are of many
+    descents over shorter horizons, and there are no others.
 
     Those that have come to the best misfit and stayed there wait for the others, as long as more
     of them can be added. Where contained laws lead further there is one, and a brief one.
@@ -91,7 +92,7 @@ def repeated(
     if known:
         runs, interrupted = run_searches(problem, known, progress)
         noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))
-        if interrupted or not rough(known, noise):
+        if interrupted or (smooth and near) or not rough(known, noise):
             return runs, interrupted
         rest = replace(settings, repeats=max(n - len(known), 1))
         others, interrupted = _drawn(problem, rest, progress, smooth=smooth)

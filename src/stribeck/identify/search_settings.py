@@ -69,7 +69,9 @@ class SearchSettings:
             two, ends once they confirm each other (three where the misfit is beyond the noise),
             and adds as many again as asked for while none do. In ten dimensions and more, a law
             that contains others has a third as many, brief ones, and starts from the answers of
-            these, too, or of the richest alone, which stands for those that it contains.
+            these, too, or of the richest alone, which stands for those that it contains: where
+            that has as many itself, and a motion may begin as it was measured, descents over longer
+            and longer horizons take the place of brief repeats.
         target: J at which a search stops.
         polishing: Whether least squares polishes what a search ended with; None: unless the
             method does so itself.
@@ -146,8 +148,14 @@ class SearchSettings:
         """
         if not (points and self.memetic) or self.settings:
             return []
-        u = problem.space.encode(np.array(points))
-        return self._searches_by(Descents(lambda _: u, _CONTACT_ROUNDS), problem, 1)
+        return [self.descents(problem, np.array(points), _CONTACT_ROUNDS)]
+
+    def descents(
+        self, problem: MotionProblem, points: Array, rounds: tuple[tuple[int, int], ...]
+    ) -> Search:
+        """A search that descends from points, SI, (n, dim), ready to run; rounds of `Descents`."""
+        u = problem.space.encode(points)
+        return self._searches_by(Descents(lambda _: u, rounds), problem, 1)[0]
 
     def _searches_by(self, algorithm: Algorithm, problem: MotionProblem, n: int) -> list[Search]:
         stops = [] if self.target is None else [Target(self.target)]

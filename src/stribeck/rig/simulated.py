@@ -63,6 +63,14 @@ class SimulatedRig(Rig):
         x = recording.position
         return prepared(self.drive(recording), recording.t[rows], x0, x[rows], score)
 
+    def velocity_at(self, recording: Recording, row: int) -> float | None:
+        """With which velocity, m/s or rad/s, a motion may begin as it was measured at a sample.
+
+        None where no motion begins amid a log.
+        """
+        del recording, row
+        return None
+
     def readings(self, track: Track, recording: Recording, rows: slice) -> tuple[Track, ...]:
         """The tracks of a motion, one for each sensor of a log that has read it.
 

@@ -180,6 +180,7 @@ class SteppedRig(SimulatedRig):
         )
         places = {AxisInputs._fields.index(name): a for name, a in stated.items()}
         used = 1 + max(places)
+        velocity = self.velocity_at(recording, rows.start)
         table = np.repeat(np.array(IDLE[:used])[:, None], rows.stop - rows.start, axis=1)
         for place, values in places.items():
             table[place] = values[rows]
@@ -188,12 +189,16 @@ class SteppedRig(SimulatedRig):
             super()
             .track(recording, rows, x0, score)
             ._replace(
-                v0=0.0 if self.history else _velocity(recording, rows.start),
+                v0=0.0 if velocity is None else velocity,
                 inputs=table,
                 held=held[:used],
                 given=self.run_constants(recording),
             )
         )
+
+    def velocity_at(self, recording: Recording, row: int) -> float | None:
+        """As the axis moves there; see `SimulatedRig.velocity_at`."""
+        return None if self.history else _velocity(recording, row)
 
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """The track with the constants of its run; see `SimulatedRig.with_constants`."""

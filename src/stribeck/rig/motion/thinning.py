@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .track import Track, prefix_sums
+from .track import Track
 
 #: By how much an input may be off between the samples that are kept, and the measured position by
 #: its root mean square, as shares of their standard deviations.
@@ -65,12 +65,4 @@ def _kept(track: Track, every: int) -> NDArray[np.intp]:
 
 def _of_samples(track: Track, kept: NDArray[np.intp], every: int) -> Track:
     """A track of those samples; those beside every n-th one do not count."""
-    score = np.where(kept % every == 0, track.score[kept], 0.0)
-    measured = track.measured[kept]
-    return track._replace(
-        t=track.t[kept],
-        measured=measured,
-        score=score,
-        sums=prefix_sums(score, measured - track.x0),
-        inputs=np.ascontiguousarray(track.inputs[:, kept]),
-    )
+    return track.of_samples(kept, np.where(kept % every == 0, track.score[kept], 0.0))

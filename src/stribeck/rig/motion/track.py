@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...space import Array
@@ -71,6 +72,22 @@ class Track(NamedTuple):
     given: Array = np.empty(0)
     stretch: Array = np.empty(0)
     reading: SideReading = SideReading()
+
+    def of_samples(self, rows: slice | NDArray[np.intp], score: Array | None = None) -> Track:
+        """The same motion at some of the samples, with a score of their own if there is one."""
+        score, measured = self.score[rows] if score is None else score, self.measured[rows]
+        return self._replace(
+            t=self.t[rows],
+            measured=measured,
+            score=score,
+            sums=prefix_sums(score, measured - self.x0),
+            inputs=np.ascontiguousarray(self.inputs[:, rows]),
+            stretch=self.stretch[rows] if len(self.stretch) else self.stretch,
+        )
+
+    def begun_at(self, x0: float, v0: float) -> Track:
+        """The same samples of a motion that starts at another position, m, and velocity, m/s."""
+        return self._replace(x0=x0, v0=v0, sums=prefix_sums(self.score, self.measured - x0))
 
 
 def track(
