@@ -3,7 +3,7 @@
 Where a simulated axis sticks a moment too long, all that follows is another motion, so that the
 misfit over whole motions has a hollow for each such moment. A motion that begins anew from its
 measured state again and again cannot go far astray, and the misfit over these short horizons is
-smooth (multiple shooting; A. H. Ribeiro et al., On the smoothness of nonlinear system
+smoother (as in multiple shooting; A. H. Ribeiro et al., On the smoothness of nonlinear system
 identification, Automatica 121 (2020), doi:10.1016/j.automatica.2020.109158). Its minimum is not
 the answer, as errors of the states at the beginnings count and what grows slowly does not show: the
 horizon is doubled until motions are whole, and descents go on from where they have ended.
