@@ -138,3 +138,23 @@ def test_few_evaluations_are_not_spent_on_horizons() -> None:
 
     assert most_abreast(300) == 1
     assert most_abreast(8_000) == 8
+
+
+def test_descents_that_are_stopped_keep_the_best_place() -> None:
+    """Over an eighth of a motion they may still be far from where they would have ended."""
+    problem, met = problem_of(log_of(), "bam-m5"), []
+
+    def stop(searches: Sequence[Search]) -> None:
+        met.append(len(searches))
+        if len(met) == 60:
+            raise KeyboardInterrupt
+
+    end = multistart(problem, SearchSettings(), stop)
+    assert end.interrupted
+    assert len(met) == 60
+    assert end.search.evaluations > 60
+    own = end.problem.thinned() if isinstance(end.problem, MotionProblem) else end.problem
+    assert float(own(end.x[None])[0]) == pytest.approx(end.search.runs[0].cost, rel=1e-9)
+    assert end.search.runs[0].cost < float(
+        np.median(problem(problem.space.decode(problem.space.sample(np.random.default_rng(0), 64))))
+    )

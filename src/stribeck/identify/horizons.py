@@ -41,11 +41,13 @@ class NearPlaces:
         parameters: Those of the problem, in ranges that hold the places.
         places: The best first, free parameters, SI, (dim,) each.
         evaluations: Of the residuals, each row counted, that led there.
+        interrupted: Whether Ctrl-C ended the way there.
     """
 
     parameters: Parameters
     places: list[Array]
     evaluations: int
+    interrupted: bool = False
 
 
 def has_horizons(problem: MotionProblem) -> bool:
@@ -78,7 +80,7 @@ def horizon_ends(
 
     Raises:
         InputError: no place could be simulated.
-        KeyboardInterrupt: Ctrl-C ended one.
+        KeyboardInterrupt: before anything was evaluated.
     """
     space = problem.space
     rng = np.random.default_rng(SeedSequence(settings.seed, spawn_key=(space.dim, 2)))
@@ -91,10 +93,10 @@ def horizon_ends(
         starts = places[:most, None]
         descents = [settings.descents(part, start, ((1, DESCENT),)) for start in starts]
         runs, interrupted = run_searches(part, descents, progress)
-        if interrupted:
-            raise KeyboardInterrupt
         rows += sum(run.evaluations for run in runs)
         places = np.array([run.x for run in sorted(runs, key=lambda run: run.cost)])
+        if interrupted:
+            return NearPlaces(problem.parameters, list(places), rows, interrupted=True)
         wider = problem.parameters.widened(places[0])
         problem = problem if wider is None else problem.over(wider)
     return NearPlaces(problem.parameters, list(places), rows)

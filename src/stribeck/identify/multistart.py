@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..optimize import Run
+from ..optimize import Run, Search
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .fit_warnings import RIVAL
@@ -207,11 +207,19 @@ def _own(
     if near:
         begin = _near(problem, settings, progress, smooth=smooth)
         problem = problem.over(begin.parameters)
+    if begin.interrupted:
+        progress = _interrupt
     runs, interrupted = repeated(problem, settings, progress, smooth=smooth, near=begin.places)
     runs, polished, interrupted = polished_runs(problem, runs, settings, interrupted)
     rows = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
     rows += begin.evaluations
     return _OwnSearch(begin.parameters, runs, polished, rows, bool(begin.places), interrupted)
+
+
+def _interrupt(searches: Sequence[Search]) -> None:
+    """End searches that have looked where they begin."""
+    del searches
+    raise KeyboardInterrupt
 
 
 def _near(
@@ -222,7 +230,7 @@ def _near(
     None where there is no such way, a force balance shows the answer, or the search is another's.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C ended the search for them.
+        KeyboardInterrupt: Ctrl-C ended the search of the rigid limit.
     """
     nowhere = NearPlaces(problem.parameters, [], 0)
     if not settings.memetic or settings.settings:
