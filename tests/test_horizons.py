@@ -75,6 +75,22 @@ def test_a_piece_is_the_motion_of_a_log_that_begins_there() -> None:
     assert np.array_equal(on_horizon(problem, 0.25).residuals(x), apart)
 
 
+def test_a_gap_of_a_log_is_one_piece() -> None:
+    """Six beginnings of sixteen lie in it."""
+    log = log_of()
+    kept = (log.t < 1.1) | (log.t > 2.6)
+    assert log.command is not None
+    gapped = replace(
+        log, t=log.t[kept], position=log.position[kept], command=log.command[kept],
+        extra={k: v[kept] for k, v in log.extra.items()},
+    )  # fmt: skip
+    short = on_horizon(problem_of(gapped), 1 / 16)
+    lengths = [len(s.track.t) for s in short.train]
+    assert len(lengths) == 11
+    assert sum(lengths) == len(gapped)
+    assert np.isfinite(short(TRUTH[None])).all()
+
+
 def test_over_a_short_horizon_a_wrong_friction_errs_less_and_the_right_one_hardly() -> None:
     problem = problem_of(log_of(noise=0.0, speed=True))
     wrong = TRUTH.copy()

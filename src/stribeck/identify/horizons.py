@@ -114,7 +114,7 @@ def _pieces(rig: SimulatedRig, segment: Segment, horizon: float) -> list[Segment
     track, log = segment.track, segment.recording
     N, span = len(track.t), float(np.ptp(track.t))
     n = max(min(round(span / horizon), N // FEWEST), 1)
-    starts = np.searchsorted(track.t, track.t[0] + span * np.arange(n) / n)
+    starts = np.unique(np.searchsorted(track.t, track.t[0] + span * np.arange(n) / n))
     pieces = []
     for first, stop in pairwise([*starts.tolist(), N]):
         piece, begin = track.of_samples(slice(first, stop)), segment.begin
