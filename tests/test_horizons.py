@@ -23,8 +23,8 @@ from stribeck.identify.problem import MotionProblem
 from stribeck.identify.search_settings import SearchSettings
 from stribeck.identify.segment import segments
 from stribeck.optimize import Search
+from stribeck.rig.rig import Rig
 from stribeck.rig.simulated import as_simulated
-from stribeck.space import Array
 
 RIG = RIGS["servo-pendulum"]
 AXIS = servo.Servo(kp=300.0, q_offset=0.02)
@@ -47,14 +47,9 @@ def log_of(seed: int = 0, noise: float = 5e-4, *, speed: bool = False) -> Record
     )  # fmt: skip
 
 
-def problem_of(log: Recording, law: str = "bam-m4", rig: str = "servo-pendulum") -> MotionProblem:
-    own = RIGS[rig]
-    parameters = partition(own, law_named(law), objective=Objective("squares"))
-    return MotionProblem(parameters, segments([log], as_simulated(own), None))
-
-
-def costs_at(problem: MotionProblem, places: list[Array]) -> Array:
-    return problem(np.array(places))
+def problem_of(log: Recording, law: str = "bam-m4", rig: Rig = RIG) -> MotionProblem:
+    parameters = partition(rig, law_named(law), objective=Objective("squares"))
+    return MotionProblem(parameters, segments([log], as_simulated(rig), None))
 
 
 def test_a_piece_is_the_motion_of_a_log_that_begins_there() -> None:
@@ -109,11 +104,12 @@ def test_descents_over_horizons_pass_the_hollows_of_whole_motions(seed: int) -> 
     them: the noise is 0.5 mrad."""
     problem = problem_of(log_of(seed)).thinned()
     near = horizon_ends(problem, SearchSettings(seed=seed), None)
-    assert costs_at(problem.over(near.parameters), near.places).max() < 0.6  # mrad
+    assert problem.over(near.parameters)(np.array(near.places)).max() < 0.6  # mrad
     space = problem.space
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(space.dim, 2)))
     drawn = space.decode(space.sample(rng, 64))
-    best = drawn[np.argsort(problem(drawn))][: HORIZONS[0][1]]
+    share, most = HORIZONS[0]
+    best = drawn[np.argsort(on_horizon(problem, share)(drawn))][:most]
     ends = [polish(problem, x, None, near.evaluations // len(best)).cost for x in best]
     assert max(ends) > 10.0  # mrad
 
@@ -121,9 +117,7 @@ def test_descents_over_horizons_pass_the_hollows_of_whole_motions(seed: int) -> 
 def test_ranges_grow_where_an_answer_lies_beyond_them() -> None:
     """The armature is above the default range."""
     own = replace(RIG, ranges={**RIG.ranges, "armature": (1e-5, 4e-4)})
-    log = log_of()
-    parameters = partition(own, law_named("bam-m4"), objective=Objective("squares"))
-    problem = MotionProblem(parameters, segments([log], as_simulated(own), None)).thinned()
+    problem = problem_of(log_of(), rig=own).thinned()
     near = horizon_ends(problem, SearchSettings(), None)
     k = problem.space.names.index("armature")
     assert near.places[0][k] == pytest.approx(AXIS.armature, rel=0.1)

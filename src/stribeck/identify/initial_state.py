@@ -18,7 +18,6 @@ from ..data.repeated_samples import is_new
 from ..data.resolution import noise, step
 from ..optimize import rms
 from ..rig import Rig
-from ..rig.motion.track import prefix_sums
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from .parameters import Parameters
@@ -107,9 +106,7 @@ class FreeStartProblem:
 
 def started_at(segment: Segment, x0: float) -> Segment:
     """The same segment from another start."""
-    track = segment.track
-    sums = prefix_sums(track.score, track.measured - x0)
-    return replace(segment, track=track._replace(x0=x0, sums=sums))
+    return replace(segment, track=segment.track.begun_at(x0, segment.track.v0))
 
 
 def _measured_start(segment: Segment) -> tuple[float, float, float]:

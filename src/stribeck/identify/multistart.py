@@ -100,7 +100,7 @@ def multistart(
     smooth = not sticks_and_slips(problem)
     searched = problem.thinned() if smooth and settings.memetic else problem
     simple = richest(problem.parameters) if smooth and settings.memetic and not known else None
-    own = _own(searched, settings, progress, smooth=smooth, near=not known)
+    own = _own(searched, settings, progress, smooth=smooth, near=not known, rich=simple is not None)
     problem, searched = _over(problem, searched, own.parameters)
     runs, polished, evaluations, interrupted = own.runs, own.polished, own.rows, own.interrupted
     below, least = 0, list(known)  # evaluations that are not of this law's budget
@@ -200,12 +200,15 @@ class _OwnSearch(NamedTuple):
 
 def _own(
     problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool,
-    near: bool,
+    near: bool, rich: bool,
 ) -> _OwnSearch:  # fmt: skip
-    """The repeats of a problem's own search, which may begin `near` its answer."""
+    """The repeats of a problem's own search, which may begin `near` its answer.
+
+    Its law may be `rich`: contain one of many parameters.
+    """
     begin = NearPlaces(problem.parameters, [], 0)
     if near:
-        begin = _near(problem, settings, progress, smooth=smooth)
+        begin = _near(problem, settings, progress, smooth=smooth, rich=rich)
         problem = problem.over(begin.parameters)
     if begin.interrupted:
         progress = _interrupt
@@ -223,9 +226,10 @@ def _interrupt(searches: Sequence[Search]) -> None:
 
 
 def _near(
-    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
-) -> NearPlaces:
-    """Places near the answer: over horizons in many dimensions, in stick-slip of the rigid limit.
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool,
+    rich: bool,
+) -> NearPlaces:  # fmt: skip
+    """Places near the answer: over horizons of a rich law, in stick-slip of the rigid limit.
 
     None where there is no such way, a force balance shows the answer, or the search is another's.
 
@@ -236,9 +240,10 @@ def _near(
     if not settings.memetic or settings.settings:
         return nowhere
     if smooth:
-        rich = richest(problem.parameters) is not None and has_horizons(problem)
         affordable = settings.budget >= evaluations_of(problem)
-        return horizon_ends(problem, settings, progress) if rich and affordable else nowhere
+        if rich and affordable and has_horizons(problem):
+            return horizon_ends(problem, settings, progress)
+        return nowhere
     limit, rig = rigid_limit(problem.parameters), as_simulated(problem.parameters.rig)
     if limit is None or rig.only_pushed:
         return nowhere

@@ -180,7 +180,6 @@ class SteppedRig(SimulatedRig):
         )
         places = {AxisInputs._fields.index(name): a for name, a in stated.items()}
         used = 1 + max(places)
-        velocity = self.velocity_at(recording, rows.start)
         table = np.repeat(np.array(IDLE[:used])[:, None], rows.stop - rows.start, axis=1)
         for place, values in places.items():
             table[place] = values[rows]
@@ -189,7 +188,7 @@ class SteppedRig(SimulatedRig):
             super()
             .track(recording, rows, x0, score)
             ._replace(
-                v0=0.0 if velocity is None else velocity,
+                v0=self.velocity_at(recording, rows.start) or 0.0,
                 inputs=table,
                 held=held[:used],
                 given=self.run_constants(recording),
