@@ -154,16 +154,6 @@ def test_a_law_of_many_parameters_starts_where_the_richest_that_it_contains_ends
     assert float(rich.problem(rich.x[None])[0]) <= least * (1 + 1e-6)
 
 
-def test_a_known_answer_is_kept_where_no_evaluations_are_left() -> None:
-    """On fewer samples, and with a higher knee of the loss, another place may be lower."""
-    problem = problem_of("bam-m5", log_of(LOADED), "absolute")
-    finest = problem.finer()
-    x = np.array([*LOADED[:9], AXIS.k_t, AXIS.R, AXIS.armature, AXIS.q_offset])
-    known = polish(finest, x, None, 400)
-    end = multistart(problem, SearchSettings(budget=1, repeats=1), known=[known.x])
-    assert float(end.problem(end.x[None])[0]) <= known.cost * (1 + 1e-9)
-
-
 def test_a_search_that_is_stopped_amid_a_contained_law_has_what_that_has() -> None:
     log = log_of(LOADED)
     simple, met = problem_of("bam-m4", log), []
@@ -293,6 +283,9 @@ class Valley:
     def __call__(self, x: Array, /) -> Array:
         return rms(self.residuals(x))
 
+    def widened(self, x: Array) -> None:
+        """No range is wider."""
+
 
 @pytest.mark.parametrize("lowest", [0.5, 1.5])
 def test_a_walk_along_a_valley_leads_to_its_lowest_minimum(lowest: float) -> None:
@@ -345,13 +338,50 @@ def test_in_many_dimensions_a_valley_is_walked_before_an_evolution_strategy(lowe
     assert abs(start.x[0] - lowest) > 0.4  # a minimum, and not the lowest
     best = Refined(start.x, start.cost, 5)
     least = 0.5 / np.sqrt(12)
-    ended = [explored(problem, best, seed, 9_000, valley=True).cost for seed in range(3)]
+    ended = [explored(problem, best, seed, 9_000, valley=True)[1].cost for seed in range(3)]
     assert ended == pytest.approx([least] * 3, rel=1e-4)
-    without = [explored(problem, best, seed, 9_000, valley=False).cost for seed in range(3)]
+    without = [explored(problem, best, seed, 9_000, valley=False)[1].cost for seed in range(3)]
     assert max(without) > 1.01 * least  # an evolution strategy alone may stay in its hollow
     before = problem.rows
-    end = explored(problem, best, 0, 2_000, valley=True)
+    _, end = explored(problem, best, 0, 2_000, valley=True)
     assert end.evaluations == problem.rows - before + 5 <= 2_005
+
+
+class NarrowValley(DeepValley):
+    """The same, in a range that may be made wider, and its rows are those of the wider ones."""
+
+    def __init__(self, lowest: float, upper: float) -> None:
+        super().__init__(lowest)
+        self.upper, self.wider = upper, list[NarrowValley]()
+        self.space = box([(0.0, upper), *[(0.0, 1.0)] * 9])
+
+    def widened(self, x: Array) -> NarrowValley | None:  # type: ignore[override]
+        """In twice the range, where a point is at its end."""
+        if x[0] < (1 - 1e-3) * self.upper:
+            return None
+        self.wider.append(NarrowValley(self._lowest, 2 * self.upper))
+        return self.wider[-1]
+
+    @property
+    def every(self) -> int:
+        return self.rows + sum(wide.every for wide in self.wider)
+
+
+@pytest.mark.parametrize(("lowest", "upper", "end"), [(1.75, 1.0, 2.0), (0.75, 0.25, 1.0)])
+def test_a_valley_is_followed_beyond_a_default_range(
+    lowest: float, upper: float, end: float
+) -> None:
+    """From a minimum amid the range, whose valley falls towards its end and on from there."""
+    problem: Any = NarrowValley(lowest, upper)
+    start = polish(problem, np.array([0.4 * upper, 0.55, *[0.3] * 8]), None, 300)
+    assert start.x[0] < 0.9 * upper
+    assert problem.widened(start.x) is None
+    rows = problem.every
+    wide, best = explored(problem, Refined(start.x, start.cost, 7), 0, 9_000, valley=True)
+    assert best.x[0] == pytest.approx(lowest, abs=1e-3)
+    assert best.cost == pytest.approx(0.5 / np.sqrt(12), rel=1e-4)
+    assert wide.space.params[0].upper == end
+    assert best.evaluations == problem.every - rows + 7
 
 
 def judged(problem: MotionProblem, x: Array, share: float) -> list[Estimate]:

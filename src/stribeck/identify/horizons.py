@@ -97,8 +97,7 @@ def horizon_ends(
         places = np.array([run.x for run in sorted(runs, key=lambda run: run.cost)])
         if interrupted:
             return NearPlaces(problem.parameters, list(places), rows, interrupted=True)
-        wider = problem.parameters.widened(places[0])
-        problem = problem if wider is None else problem.over(wider)
+        problem = problem.widened(places[0]) or problem
     return NearPlaces(problem.parameters, list(places), rows)
 
 

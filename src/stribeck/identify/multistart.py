@@ -76,21 +76,19 @@ def multistart(
     progress: Progress | None = None,
     *,
     searches: int = SEARCHES,
-    known: Sequence[Array] = (),
     answers: Answers | None = None,
 ) -> Optimum:
     """Search, polish each repeat, and refine the best: in its own loss, and with free starts.
 
     An answer at an end of a default range goes on beyond it; where that brings more than a little,
-    the search is done anew in the wider ranges.
+    the search is done anew in the wider ranges. (A law of many parameters that contains others is
+    explored from there instead.)
 
     Args:
         problem: Its J is minimised.
         settings: How.
         progress: Called with the searches after every step.
         searches: How often it may be done.
-        known: Answers of a search in narrower ranges and of contained laws, free parameters, SI,
-            (dim,) each: these laws are not searched again, and the optimum is no worse.
         answers: Of contained laws on fewer samples, as far as they were met; more are added.
 
     Raises:
@@ -98,20 +96,21 @@ def multistart(
     """
     start_time, answers = time.perf_counter(), {} if answers is None else answers
     smooth = not sticks_and_slips(problem)
-    searched = problem.thinned() if smooth and settings.memetic else problem
-    simple = richest(problem.parameters) if smooth and settings.memetic and not known else None
-    own = _own(searched, settings, progress, smooth=smooth, near=not known, rich=simple is not None)
+    refines = smooth and settings.memetic
+    searched = problem.thinned() if refines else problem
+    simple = richest(problem.parameters) if refines else None
+    own = _own(searched, settings, progress, smooth=smooth, rich=simple is not None)
     problem, searched = _over(problem, searched, own.parameters)
     runs, polished, evaluations, interrupted = own.runs, own.polished, own.rows, own.interrupted
-    below, least = 0, list(known)  # evaluations that are not of this law's budget
+    below, least = 0, list[Array]()  # evaluations that are not of this law's budget
     if simple is not None and not (interrupted or reached(settings, polished[0].cost)):
         solve = partial(multistart, settings=settings, progress=progress, answers=answers)
         reaching, least, below, interrupted = _contained_answer(problem, simple, solve)
         problem, searched = _over(problem, searched, reaching)
     answer = Refined(polished[0].x, polished[0].cost, 0, rivals=tuple(least))
-    if smooth and settings.memetic and not interrupted:
+    if refines and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
-        simpler = None if known or own.near else answers
+        simpler = None if own.near else answers
         answer, interrupted = refined_answer(
             searched, answer, settings, progress, allowance, simpler
         )
@@ -137,12 +136,12 @@ def multistart(
                 searches > 1
                 and left.budget >= FEWEST * problem.space.dim
                 and wider.cost < (1 - MATERIAL) * cost
+                and not (refines and is_rich(problem))
             ):
-                known = (wider.x, *answer.rivals) if smooth and is_rich(problem) else ()
-                again = multistart(problem, left, progress, searches=searches - 1, known=known)
+                again = multistart(problem, left, progress, searches=searches - 1)
                 return _after(again, below + evaluations + refined, seconds)
             cost = wider.cost
-        if smooth and settings.memetic and allowance > refined:
+        if refines and allowance > refined:
             start = Polished(best, cost, 0)
             problem, end = _restarted(problem, start, settings, allowance - refined)
             whole, best, refined = problem, end.x, refined + end.evaluations
@@ -200,16 +199,14 @@ class _OwnSearch(NamedTuple):
 
 def _own(
     problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool,
-    near: bool, rich: bool,
+    rich: bool,
 ) -> _OwnSearch:  # fmt: skip
-    """The repeats of a problem's own search, which may begin `near` its answer.
+    """The repeats of a problem's own search.
 
     Its law may be `rich`: contain one of many parameters.
     """
-    begin = NearPlaces(problem.parameters, [], 0)
-    if near:
-        begin = _near(problem, settings, progress, smooth=smooth, rich=rich)
-        problem = problem.over(begin.parameters)
+    begin = _near(problem, settings, progress, smooth=smooth, rich=rich)
+    problem = problem.over(begin.parameters)
     if begin.interrupted:
         progress = _interrupt
     runs, interrupted = repeated(problem, settings, progress, smooth=smooth, near=begin.places)
@@ -323,7 +320,7 @@ def _restarted(
         return problem, start
     rough = is_beyond_noise(problem, start.cost)
     best = Refined(start.x, start.cost, 0)
-    best = explored(problem, best, settings.seed, allowance, valley=rough)
+    problem, best = explored(problem, best, settings.seed, allowance, valley=rough)
     end = Polished(best.x, best.cost, 0)
     problem, end = _widened(problem, end, allowance - best.evaluations)
     return problem, replace(end, evaluations=end.evaluations + best.evaluations)
@@ -347,10 +344,9 @@ def _widened(
     """
     spent = 0
     for _ in range(WIDENINGS):
-        parameters = problem.parameters.widened(polished.x)
-        if parameters is None or spent >= allowance:
+        wider = problem.widened(polished.x)
+        if wider is None or spent >= allowance:
             break
-        wider = problem.over(parameters)
         polished = polish(wider, polished.x, polished.cost, allowance - spent)
         problem, spent = wider, spent + polished.evaluations
     return problem, replace(polished, evaluations=spent)

@@ -239,6 +239,11 @@ class MotionProblem:
         other.parameters, other.space = parameters, Space(parameters.free)
         return other
 
+    def widened(self, x: Array) -> MotionProblem | None:
+        """The same problem over wider ranges; see `Parameters.widened`."""
+        wider = self.parameters.widened(x)
+        return None if wider is None else self.over(wider)
+
     def thinned(self) -> MotionProblem:
         """The problem on fewer samples, for a search; itself where its rig or its law needs all."""
         tracks = None

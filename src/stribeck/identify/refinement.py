@@ -105,7 +105,7 @@ def lower_in_valley(problem: MotionProblem, best: Refined, allowance: float = np
 
 def explored(
     problem: MotionProblem, best: Refined, seed: int, allowance: int, *, valley: bool
-) -> Refined:
+) -> tuple[MotionProblem, Refined]:
     """In many dimensions what walks along its valley and an evolution strategy lead to, in turn.
 
     On all samples a misfit has hollows that it has not on fewer, so that a valley is walked again.
@@ -116,15 +116,33 @@ def explored(
         seed: Of the draws.
         allowance: Evaluations in all.
         valley: Whether to walk; where noise is all that is left of a misfit, its floor is smooth.
+
+    Returns:
+        The problem, default ranges as wide as a valley is followed, and the answer.
     """
     limit = best.evaluations + allowance
     for _ in range(TURNS):
         before = best.cost
-        best = lower_in_valley(problem, best, limit - best.evaluations) if valley else best
+        if valley:
+            problem, best = _beyond_ranges(problem, best, limit)
+        walked = best.cost
         best = restarted(problem, best, seed, limit - best.evaluations)
-        if not (valley and best.cost < (1 - GAIN) * before):
+        at_an_end = best.cost < walked and problem.widened(best.x) is not None
+        if not (valley and (at_an_end or best.cost < (1 - GAIN) * before)):
             break
-    return best
+    return problem, best
+
+
+def _beyond_ranges(
+    problem: MotionProblem, best: Refined, limit: int
+) -> tuple[MotionProblem, Refined]:
+    """A minimum, or a better one of its valley, followed as long as it leads beyond a range."""
+    lower = True
+    while lower:
+        problem, before = problem.widened(best.x) or problem, best.cost
+        best = lower_in_valley(problem, best, limit - best.evaluations)
+        lower = best.cost < before and problem.widened(best.x) is not None
+    return problem, best
 
 
 def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) -> Refined:
