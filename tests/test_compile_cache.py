@@ -189,6 +189,19 @@ def test_order_of_named_fields_is_content() -> None:
     assert digest(function_of(source), types[:1]) != digest(function_of(source), types[1:])
 
 
+def test_a_function_is_compiled_once_for_all_values_of_an_argument() -> None:
+    @compiled()
+    def scaled(x: float, n: int, twice: bool) -> float:
+        return x * n * (2 if twice else 1)
+
+    @compiled()
+    def total(x: float, n: int) -> float:
+        return scaled(x, 2, True) + scaled(x, 3, n > 1) + scaled(x, n=n, twice=False)  # type: ignore[no-any-return]
+
+    assert total(1.5, 4) == 1.5 * (4 + 6 + 4)
+    assert len(scaled.signatures) == 1
+
+
 def test_what_cannot_be_told_is_compiled_in_each_process() -> None:
     source = "@compiled()\ndef f(x):\n    return 2.0 * x.T.sum()\n"
     with pytest.raises(UnknownContentError, match="object"):

@@ -14,7 +14,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -29,6 +29,7 @@ from numba import njit
 from numba.core import event, typeinfer
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
+from numba.core.types import unliteral
 
 from .cache_folder import Folder
 from .content import UnknownContentError, digest
@@ -54,6 +55,7 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = njit(**{"error_model": "numpy", **options})(function)
         dispatcher._cache = _MachineCode(dispatcher)  # noqa: SLF001 - what numba's `enable_caching` sets
+        dispatcher.get_call_template = _once_for_all_values(dispatcher.get_call_template)
         if signature is not None:
             with typeinfer.register_dispatcher(dispatcher):  # it may call itself
                 dispatcher.compile(signature)
@@ -61,6 +63,18 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
         return dispatcher
 
     return decorate
+
+
+def _once_for_all_values(template: Callable[..., Any]) -> Callable[..., Any]:
+    """How a function is typed where compiled code calls it, whatever the values of its arguments.
+
+    Numba compiles it, and all that it calls, once more for each constant that it is called with.
+    """
+
+    def typed(args: tuple[Any, ...], kws: Mapping[str, Any]) -> Any:
+        return template(tuple(map(unliteral, args)), {k: unliteral(a) for k, a in kws.items()})
+
+    return typed
 
 
 @dataclass

@@ -16,6 +16,7 @@ from numba import boolean, float64, void
 from numpy.typing import NDArray
 
 from ..compile_cache import compiled
+from ..compile_cache.copies import copy_into
 from ..space import Array
 
 #: Samples of a column: a slice with both ends and no step, or their numbers.
@@ -137,7 +138,8 @@ def _cascade(sections: Array, x: Array, state: Array, backwards: bool) -> None:
         f0, f1 = _filter(sections, first), _filter(sections, first + 1)
         f2, f3 = _filter(sections, first + 2), _filter(sections, first + 3)
         for j in range(k):
-            own[: len(some)] = some[:, :, j]
+            for s in range(len(some)):
+                copy_into(own[s], some[s, :, j])
             (p0, q0), (p1, q1), (p2, q2), (p3, q3) = own[0], own[1], own[2], own[3]
             for m in range(n):
                 i = n - 1 - m if backwards else m
@@ -145,5 +147,7 @@ def _cascade(sections: Array, x: Array, state: Array, backwards: bool) -> None:
                 y, p1, q1 = _filtered(y, p1, q1, f1)
                 y, p2, q2 = _filtered(y, p2, q2, f2)
                 x[i, j], p3, q3 = _filtered(y, p3, q3, f3)
-            own[0], own[1], own[2], own[3] = (p0, q0), (p1, q1), (p2, q2), (p3, q3)
-            some[:, :, j] = own[: len(some)]
+            own[0, 0], own[1, 0], own[2, 0], own[3, 0] = p0, p1, p2, p3
+            own[0, 1], own[1, 1], own[2, 1], own[3, 1] = q0, q1, q2, q3
+            for s in range(len(some)):
+                copy_into(some[s, :, j], own[s])

@@ -15,6 +15,7 @@ from numba import float64, int64, types
 from numpy.typing import NDArray
 
 from ..compile_cache import compiled
+from ..compile_cache.copies import copy_into
 from ..friction import LOADS, RUB_SIGNATURE, RUB_TYPE, addressed
 from ..space import Array
 
@@ -126,14 +127,14 @@ def along(
     k = 0
     for i in range(n):
         if k < len(starts) and i == starts[k]:
-            z[:] = first
+            copy_into(z, first)
             k += 1
         else:
             begin = _speed_between(way[i - 1], way[i]) if i > 1 else way[i]
             end = _speed_between(way[i], way[i + 1]) if i + 1 < n else way[i]
             if abs(begin - way[i]) + abs(end - way[i]) <= _EVEN * abs(way[i]):
                 rub(way[i] / dt, dt, z, load, p, out)
-                z[:] = out
+                copy_into(z, out)
             else:
                 passed = 0.0
                 for part in range(1, _PARTS + 1):
@@ -141,7 +142,7 @@ def along(
                     to = s * (1.0 - s) * ((1.0 - s) * begin - s * end)
                     to += s * s * (3.0 - 2.0 * s) * way[i]
                     rub((to - passed) * _PARTS / dt, dt / _PARTS, z, load, p, out)
-                    z[:] = out
+                    copy_into(z, out)
                     passed = to
         friction[i] = rub(v[i], 0.0, z, load, p, out)
     return friction

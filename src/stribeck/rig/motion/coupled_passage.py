@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ...compile_cache import compiled
+from ...compile_cache.copies import copy_into
 from ...friction.law import DRIVE, EXTERNAL
 from ...space import Array
 from .coupled_implicit import FURTHER, POWER, implicit_step
@@ -267,12 +268,12 @@ def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
         past = _past(g)
         if past and not sharp:
             ahead, fell_short = share, False
-            beyond[:] = g
+            copy_into(beyond, g)
             continue
         if early < 1.0 and not past and not sharp:
             piece = early * share
             continue
-        y[:] = at
+        copy_into(y, at)
         twist = twist_left(c, mode[FLANK], twist, share * span)
         done += share
         if not near(y):
@@ -282,8 +283,8 @@ def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             twist = _switched(c, y, twist, mode, g)
             fresh, ahead, fell_short, looks = True, np.inf, False, 0
             continue
-        rates[0, :] = rates[STAGES - 1, :]
-        before[:] = g
+        copy_into(rates[0], rates[STAGES - 1])
+        copy_into(before, g)
         fell_short = True
         if share < ahead < np.inf:
             ahead -= share
