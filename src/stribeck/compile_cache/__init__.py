@@ -50,6 +50,10 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
         signature: It is compiled for this one, at once; without, for the types that it is first
             called with, also in other compiled code.
         options: Those of `njit`; division by zero is NumPy's unless `error_model` says otherwise.
+            Of two that inline a function, `forceinline` is for one that is called in several
+            places: it is optimised by itself first. One that is called in a single place of what
+            it is compiled into, and is long, takes `inline="always"`: it becomes part of its
+            caller at once, and is not optimised and turned into machine code twice.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:

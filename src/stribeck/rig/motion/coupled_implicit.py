@@ -184,7 +184,7 @@ def _swings(c: Array, mode: Array, memory: Array) -> float:
     return square  # type: ignore[no-any-return]
 
 
-@compiled()
+@compiled(inline="always")
 def implicit_step(  # noqa: C901 - the stages of one method
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, inputs: Array, held: Array, k: int, begin: float, share: float,

@@ -190,7 +190,7 @@ def near(y: Array) -> bool:
     return True
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def _begin(
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, u: Array, y: Array, twist: float, mode: Array, load_m: Array,
@@ -212,7 +212,7 @@ def _begin(
             return
 
 
-@compiled()
+@compiled(inline="always")
 def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, inputs: Array, held: Array, k: int, n: int, span: float,

@@ -43,7 +43,7 @@ def held_rubbing(rubbing: int, lossy: bool) -> int:
     return PLAIN if rubbing == SMOOTH else HELD_BRISTLES if rubbing == BRISTLES else rubbing
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def _begun(
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, u: Array, y: Array, mode: Array, load_m: Array, load: Array,
@@ -74,7 +74,7 @@ def _side_begun(rubbing: int, v: float) -> int:
     return -1 if v < 0.0 else 0
 
 
-@compiled()
+@compiled(inline="always")
 def coupled_start(
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, u: Array, ahead: float, by_motor: float, y: Array, mode: Array,

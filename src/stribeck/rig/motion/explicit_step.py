@@ -47,7 +47,7 @@ def acceleration(
     return F / mass  # type: ignore[no-any-return]
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def explicit_step(  # noqa: C901 - the stages of one method
     slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array, inputs: Array,
     held: Array, k: int, begin: float, share: float, h: float, base: float, way: float,

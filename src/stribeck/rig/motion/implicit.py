@@ -78,7 +78,7 @@ def begun(
     rub(s * low / _SLOW, _SLOW, relaxed, load, p, z)
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def started(
     rub: Any, states: int, kind: int, p: Array, term: Array, c: Array, inputs: Array, held: Array,
     k: int, q: float, v: float, u: Array, load: Array, last: Array, relaxed: Array, z: Array,

@@ -208,7 +208,7 @@ def _pushed(
     return 0.0
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def _keep_rates(memory: Array, states: int, mass: float, theta: float, h: float) -> None:
     """Keep how friction resists and springs back, as the slopes of a step that was tried show.
 
@@ -223,7 +223,7 @@ def _keep_rates(memory: Array, states: int, mass: float, theta: float, h: float)
     memory[DECAY] = slope / mass
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def _share(memory: Array, h: float) -> float:
     """The θ of a step under bristles that swing: it damps what extrapolation would let grow."""
     square = memory[SPRING] * h * h
@@ -239,7 +239,7 @@ def _halved(level: int, piece: float) -> int:
     return level
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def _pair(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, k: int, begin: float, share: float, h: float, theta: float,
@@ -267,7 +267,7 @@ def _pair(
     return w_c, w_1, w_2
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def _defect(
     slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array, inputs: Array,
     held: Array, k: int, begin: float, share: float, h: float, base: float, way: float, q: float,
@@ -286,7 +286,7 @@ def _defect(
     return off + abs(q + h * (v + h * (a_0 + 2.0 * a_m) / 6.0) - q_1), a_1
 
 
-@compiled(forceinline=True)
+@compiled(inline="always")
 def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, banded: bool,
