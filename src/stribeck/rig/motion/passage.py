@@ -87,24 +87,19 @@ def _step(
         k = max(k, -0.5 * mass / (span * span))
         F += k * (q_near - q)
         M = mass + span * d + span * span * k
-        if kind == SLIDE and (c[INERTIA] > 0.0 or c[DAMPING] > 0.0):
-            # The motor's inertia and damping, clamped: implicit, and outside a constant.
-            P = (mass + c[INERTIA]) * v + span * F
+        inertia, damping, clamp, push = 0.0, 0.0, np.inf, 0.0
+        if kind == SLIDE:  # the motor's, clamped: implicit, and outside a constant
+            inertia, damping, clamp = c[INERTIA], c[DAMPING], c[CLAMP]
+        for _ in range(2):  # in one place, as `solved` becomes part of each that calls it
+            P = (mass + inertia) * v + span * (F - push)
             w = solved(
-                slip, rub, general, states, scale, M + c[INERTIA] + span * c[DAMPING], P, span, w,
-                z, load, p, out, memory, at,
+                slip, rub, general, states, scale, M + inertia + span * damping, P, span, w, z,
+                load, p, out, memory, at,
             )  # fmt: skip
-            motor = c[INERTIA] * (w - v) / span + c[DAMPING] * w
-            if abs(motor) > c[CLAMP]:
-                P = mass * v + span * (F - np.copysign(c[CLAMP], motor))
-                w = solved(
-                    slip, rub, general, states, scale, M, P, span, w, z, load, p, out, memory, at
-                )
-        else:
-            P = mass * v + span * F
-            w = solved(
-                slip, rub, general, states, scale, M, P, span, w, z, load, p, out, memory, at
-            )
+            motor = inertia * (w - v) / span + damping * w
+            if not abs(motor) > clamp:
+                break
+            inertia, damping, push = 0.0, 0.0, np.copysign(clamp, motor)
     if states > 0:
         rub(w, h, z, load, p, out)
     return w
