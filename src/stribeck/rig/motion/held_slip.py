@@ -86,7 +86,8 @@ def _direction(c: Array, e: float, held: float, level_m: float, level_p: float) 
 def _walk(
     slip: Any,
     p: Array,
-    given: Array,
+    c: Array,
+    slipping: Array,
     course: HeldCourse,
     instant: float,
     s: float,
@@ -100,23 +101,21 @@ def _walk(
     """Fill the positions and velocities of one candidate; nan where it cannot be simulated."""
     level_p, level_m = slip(0.0, p), slip(-0.0, p)
     out_x[:], out_v[:] = np.nan, np.nan
-    if not (0.0 <= level_p < np.inf and -np.inf < level_m <= 0.0 and possible(given)):
+    if not (0.0 <= level_p < np.inf and -np.inf < level_m <= 0.0 and possible(c)):
         return
-    c = given.copy()
-    c[K_HAT_P] = c[K_HAT_M] = 0.0  # what the motor does is held
     n = len(t)
     pace = (n - 1) / (t[n - 1] - t[0])
     time, x, i, steps = max(instant, course.t[0]), x0, 0, 0
     k = max(np.searchsorted(course.t, time, side="right") - 1, 0)
-    v, wish = s * c[BAND], 0.0
+    v, wish = s * slipping[BAND], 0.0
     first, i = 0, samples_passed(t, 0, time, pace)
     out_x[:i], out_v[:i] = x, 0.0
     while i < n:
         goal, rate, until = _line(course, k, time)
-        held = held_force(course.stretch[k], given)
+        held = held_force(course.stretch[k], c)
         if s == 0.0:
-            s = _direction(c, goal - x, held, level_m, level_p)
-            v, wish = s * c[BAND], 0.0
+            s = _direction(slipping, goal - x, held, level_m, level_p)
+            v, wish = s * slipping[BAND], 0.0
         if s == 0.0:
             first, i = i, samples_passed(t, i, until, pace)
             out_x[first:i], out_v[first:i] = x, 0.0
@@ -124,8 +123,9 @@ def _walk(
             continue
         level = level_p if s > 0.0 else level_m
         rows, span, travel, v, how, wish, tries = leg(
-            slip, p, c, goal - x, v, rate, s, level, until - time, wish, tolerance, path, held
-        )
+            slip, p, slipping, goal - x, v, rate, s, level, until - time, wish, tolerance, path,
+            held,
+        )  # fmt: skip
         steps += tries
         if how == FAILED or steps > MOST_STEPS:
             out_x[:], out_v[:] = np.nan, np.nan
@@ -141,7 +141,8 @@ def _walk(
 
 @compiled(
     void(
-        SLIP_TYPE, _F2, _F2, _F1, _F1, _F1, _F1, float64, _F1, float64, _W2, _W2, float64, _I1
+        SLIP_TYPE, _F2, _F2, _F2, _F1, _F1, _F1, _F1, float64, _F1, float64, _W2, _W2, float64,
+        _I1,
     ),
     nogil=True,
 )  # fmt: skip
@@ -149,6 +150,7 @@ def _rows(
     slip: Any,
     p: Array,
     c: Array,
+    slipping: Array,
     edges: Array,
     command: Array,
     stretch: Array,
@@ -172,8 +174,8 @@ def _rows(
             path_owner[0, 0] = 0.0  # it lives until here
             return
         _walk(
-            slip, borrowed(p[row]), borrowed(c[row]), course, instants[row], s, t, x0,
-            borrowed(out_x[row]), borrowed(out_v[row]), tolerance, path,
+            slip, borrowed(p[row]), borrowed(c[row]), borrowed(slipping[row]), course,
+            instants[row], s, t, x0, borrowed(out_x[row]), borrowed(out_v[row]), tolerance, path,
         )  # fmt: skip
 
 
@@ -196,10 +198,12 @@ def held_slips(
     """
     x, v = np.empty((2, len(p), len(t)))
     start = float(course.t[0])  # seconds since 1970 leave no digits
+    p, c = np.ascontiguousarray(p, dtype=float), np.ascontiguousarray(c, dtype=float)
+    slipping = c.copy()
+    slipping[:, [K_HAT_P, K_HAT_M]] = 0.0  # what the motor does is held
     row_pool.pool().share(
         _rows, len(p),
-        (addressed(law.slip), *(np.ascontiguousarray(a, dtype=float) for a in (p, c)),
-         course.t - start, course.command, course.stretch,
+        (addressed(law.slip), p, c, slipping, course.t - start, course.command, course.stretch,
          np.asarray(instants, dtype=float) - start, float(direction), t - start, x0, x, v,
          tolerance),
         max(row_pool.FEWEST, row_pool.FEWEST_SAMPLES // len(t)),
