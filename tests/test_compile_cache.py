@@ -189,6 +189,7 @@ def test_order_of_named_fields_is_content() -> None:
     assert digest(function_of(source), types[:1]) != digest(function_of(source), types[1:])
 
 
+@pytest.mark.usefixtures("caches")
 def test_a_function_is_compiled_once_for_all_values_of_an_argument() -> None:
     @compiled()
     def scaled(x: float, n: int, twice: bool) -> float:
@@ -200,6 +201,16 @@ def test_a_function_is_compiled_once_for_all_values_of_an_argument() -> None:
 
     assert total(1.5, 4) == 1.5 * (4 + 6 + 4)
     assert len(scaled.signatures) == 1
+
+
+def test_a_function_may_call_itself_with_a_constant() -> None:
+    @compiled()
+    def grown(x: float, n: int) -> float:
+        if n <= 0:
+            return x
+        return grown(2.0 * x, 3) if n > 5 else grown(x + 1.0, n - 1)  # type: ignore[no-any-return]
+
+    assert grown(1.0, 9) == 5.0
 
 
 def test_what_cannot_be_told_is_compiled_in_each_process() -> None:

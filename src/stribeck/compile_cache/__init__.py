@@ -59,7 +59,7 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = njit(**{"error_model": "numpy", **options})(function)
         dispatcher._cache = _MachineCode(dispatcher)  # noqa: SLF001 - what numba's `enable_caching` sets
-        dispatcher.get_call_template = _once_for_all_values(dispatcher.get_call_template)
+        dispatcher.get_call_template = _once_for_all_values(dispatcher)
         if signature is not None:
             with typeinfer.register_dispatcher(dispatcher):  # it may call itself
                 dispatcher.compile(signature)
@@ -69,13 +69,16 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
     return decorate
 
 
-def _once_for_all_values(template: Callable[..., Any]) -> Callable[..., Any]:
+def _once_for_all_values(dispatcher: Any) -> Callable[..., Any]:
     """How a function is typed where compiled code calls it, whatever the values of its arguments.
 
     Numba compiles it, and all that it calls, once more for each constant that it is called with.
     """
+    template = dispatcher.get_call_template
 
     def typed(args: tuple[Any, ...], kws: Mapping[str, Any]) -> Any:
+        if dispatcher.is_compiling:  # it calls itself, which numba knows by the very types
+            return template(args, kws)
         return template(tuple(map(unliteral, args)), {k: unliteral(a) for k, a in kws.items()})
 
     return typed
