@@ -90,7 +90,7 @@ def _step(
         inertia, damping, clamp, push = 0.0, 0.0, np.inf, 0.0
         if kind == SLIDE:  # the motor's, clamped: implicit, and outside a constant
             inertia, damping, clamp = c[INERTIA], c[DAMPING], c[CLAMP]
-        for _ in range(2):  # in one place, as `solved` becomes part of each that calls it
+        for _clamped in range(2):  # in one place, as `solved` becomes part of each that calls it
             P = (mass + inertia) * v + span * (F - push)
             w = solved(
                 slip, rub, general, states, scale, M + inertia + span * damping, P, span, w, z,
