@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -189,11 +190,12 @@ def test_order_of_named_fields_is_content() -> None:
     assert digest(function_of(source), types[:1]) != digest(function_of(source), types[1:])
 
 
-@pytest.mark.usefixtures("caches")
 def test_a_function_is_compiled_once_for_all_values_of_an_argument() -> None:
+    new = float(time.time_ns())  # in no cache
+
     @compiled()
     def scaled(x: float, n: int, twice: bool) -> float:
-        return x * n * (2 if twice else 1)
+        return x * n * (2 if twice else 1) + 0.0 * new
 
     @compiled()
     def total(x: float, n: int) -> float:
@@ -204,10 +206,12 @@ def test_a_function_is_compiled_once_for_all_values_of_an_argument() -> None:
 
 
 def test_a_function_may_call_itself_with_a_constant() -> None:
+    new = float(time.time_ns())  # in no cache
+
     @compiled()
     def grown(x: float, n: int) -> float:
         if n <= 0:
-            return x
+            return x + 0.0 * new
         return grown(2.0 * x, 3) if n > 5 else grown(x + 1.0, n - 1)  # type: ignore[no-any-return]
 
     assert grown(1.0, 9) == 5.0
