@@ -59,7 +59,8 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = njit(**{"error_model": "numpy", **options})(function)
         dispatcher._cache = _MachineCode(dispatcher)  # noqa: SLF001 - what numba's `enable_caching` sets
-        dispatcher.get_call_template = _once_for_all_values(dispatcher)
+        for name in ("get_call_template", "fold_argument_types"):  # of others, and of itself
+            setattr(dispatcher, name, _of_types(getattr(dispatcher, name)))
         if signature is not None:
             with typeinfer.register_dispatcher(dispatcher):  # it may call itself
                 dispatcher.compile(signature)
@@ -69,19 +70,18 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
     return decorate
 
 
-def _once_for_all_values(dispatcher: Any) -> Callable[..., Any]:
-    """How a function is typed where compiled code calls it, whatever the values of its arguments.
+def _of_types(typed: Callable[..., Any]) -> Callable[..., Any]:
+    """How a dispatcher types a call in compiled code, whatever the values of the arguments.
 
-    Numba compiles it, and all that it calls, once more for each constant that it is called with.
+    Numba compiles a function, and all that it calls, once more for each constant that it is called
+    with; one that calls itself with a constant would crash once it is loaded from disk, as the
+    version for that constant is no part of it.
     """
-    template = dispatcher.get_call_template
 
-    def typed(args: tuple[Any, ...], kws: Mapping[str, Any]) -> Any:
-        if dispatcher.is_compiling:  # it calls itself, which numba knows by the very types
-            return template(args, kws)
-        return template(tuple(map(unliteral, args)), {k: unliteral(a) for k, a in kws.items()})
+    def plain(args: tuple[Any, ...], kws: Mapping[str, Any]) -> Any:
+        return typed(tuple(map(unliteral, args)), {k: unliteral(a) for k, a in kws.items()})
 
-    return typed
+    return plain
 
 
 @dataclass
