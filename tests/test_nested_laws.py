@@ -21,6 +21,7 @@ from stribeck.identify.other_loss import other_loss_violations
 from stribeck.identify.parameters import partition
 from stribeck.identify.polish import polish
 from stribeck.identify.problem import MotionProblem
+from stribeck.identify.refined_answer import no_worse
 from stribeck.identify.refinement import Refined, explored, turned
 from stribeck.identify.score import scores
 from stribeck.identify.search_settings import QUIET_ROUGH, SearchSettings
@@ -152,6 +153,18 @@ def test_a_law_of_many_parameters_starts_where_the_richest_that_it_contains_ends
     assert rich.search.evaluations > simple.search.evaluations
     least = float(simple.problem(simple.x[None])[0])
     assert float(rich.problem(rich.x[None])[0]) <= least * (1 + 1e-6)
+
+
+def test_a_known_answer_is_kept_where_no_evaluations_are_left() -> None:
+    """On fewer samples, and with a higher knee of the loss, another place may be lower."""
+    problem = problem_of("bam-m5", log_of(LOADED), "absolute")
+    finest = problem.finer()
+    x = np.array([*LOADED[:9], AXIS.k_t, AXIS.R, AXIS.armature, AXIS.q_offset])
+    known = polish(finest, x, None, 400)
+    answer = Refined(x, float(finest(x[None])[0]), 0)
+    assert known.cost < answer.cost
+    end = no_worse(finest, answer, [known.x], 0)
+    assert float(finest(end.x[None])[0]) <= known.cost * (1 + 1e-9)
 
 
 def test_a_search_that_is_stopped_amid_a_contained_law_has_what_that_has() -> None:
