@@ -19,7 +19,7 @@ from stribeck.bench import engines
 from stribeck.bench.engines import Dask, Here, engine
 from stribeck.bench.record import Job, Record
 from stribeck.bench.run import run
-from stribeck.bench.worker import errand, software
+from stribeck.bench.worker import run_remote, software
 from test_engines import JOBS, contents_of, job
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -145,13 +145,13 @@ def test_other_software_is_refused(cluster: Cluster, monkeypatch: pytest.MonkeyP
     with pytest.raises(InputError, match=r"a worker runs stribeck 2: here it is stribeck 1$"):
         engine(cluster.name)
     with pytest.raises(InputError, match=rf"a worker runs {software()}: the campaign runs other$"):
-        errand(JOBS[0].text, "other")
+        run_remote(JOBS[0].text, "other")
 
 
 def test_a_worker_that_cannot_run_our_function_is_said(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(engines, "errand", partial(int, base=7))
+    monkeypatch.setattr(engines, "run_remote", partial(int, base=7))
     outcomes = Dask(cluster.address, 1).run(iter(JOBS))
     with pytest.raises(
         InputError, match=r"is the same stribeck installed there.*Error: "

@@ -28,13 +28,10 @@ from threading import Lock, Thread
 from typing import Any, Protocol, TypeVar
 
 from ..errors import InputError
-from .record import Failure, Record
 from .work_item import WorkItem
-from .worker import answer, errand, one_line, outcome, software
+from .worker import answer, one_line, outcome, run_remote, software
 
 Outcome = TypeVar("Outcome")
-#: What becomes of the jobs of a campaign.
-Outcomes = Generator[Record | Failure, None, None]
 
 #: Worker processes that a job may cost before it is given up.
 LIVES = 3
@@ -123,7 +120,7 @@ class Processes:
 
     def run(self, jobs: Iterator[WorkItem[Outcome]]) -> Generator[Outcome, None, None]:
         """See `Engine`. A job whose worker dies is run again on a new one, `LIVES` times in all."""
-        crew = [_Worker(self.command) for _ in range(self.workers)]
+        workers = [_Worker(self.command) for _ in range(self.workers)]
         threads = ThreadPoolExecutor(self.workers, "stribeck-worker")
         running: dict[Future[Outcome], _Worker] = {}
 
@@ -132,7 +129,7 @@ class Processes:
                 running[threads.submit(worker.do, job)] = worker
 
         try:
-            for worker in crew:
+            for worker in workers:
                 give(worker)
             while running:
                 for done in wait(running, LOOK, FIRST_COMPLETED).done:
@@ -140,11 +137,11 @@ class Processes:
                     yield done.result()
                     give(worker)
         finally:
-            for worker in crew:
+            for worker in workers:
                 worker.stop()
             threads.shutdown()
-            for worker in crew:
-                worker.bury()
+            for worker in workers:
+                worker.discard()
 
 
 class _DiedError(Exception):
@@ -174,7 +171,7 @@ class _Worker:
                 return outcome(job, process.ask(job.text))
             except (_DiedError, ValueError) as error:
                 end = str(error)
-                self.bury()
+                self.discard()
         if not greeted:
             raise InputError(f"no worker process can be started: {end}")
         return job.failed(one_line(f"the worker died, {LIVES} times: {end}"))
@@ -196,8 +193,8 @@ class _Worker:
             if self._process is not None:
                 self._process.popen.kill()
 
-    def bury(self) -> None:
-        """Leave nothing of the process."""
+    def discard(self) -> None:
+        """Kill the process and close its pipes."""
         with self._lock:
             if self._process is not None:
                 self._process.end(0.0)
@@ -225,8 +222,8 @@ class _Process:
         self._last_words = deque[str](maxlen=1)
         lines = filter(str.strip, self.popen.stderr or ())
         # Read at all times: a full pipe would stop the program.
-        self._ear = Thread(target=self._last_words.extend, args=(lines,), daemon=True)
-        self._ear.start()
+        self._stderr_reader = Thread(target=self._last_words.extend, args=(lines,), daemon=True)
+        self._stderr_reader.start()
 
     def greet(self) -> None:
         """Hear its first line, once."""
@@ -261,7 +258,7 @@ class _Process:
         except subprocess.TimeoutExpired:
             self.popen.kill()
             status = self.popen.wait()
-        self._ear.join(1.0)  # a program that it started may hold the pipe for longer
+        self._stderr_reader.join(1.0)  # a program that it started may hold the pipe for longer
         for pipe in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
             _close(pipe)
         words = "".join(self._last_words).strip()
@@ -312,11 +309,11 @@ class Dask:
         """See `Engine`."""
         for first in jobs:  # where there is nothing to do there is nothing to connect to
             with _client(self.address) as client:
-                yield from _Shift(client, self.address, chain([first], jobs)).outcomes()
+                yield from _DaskRun(client, self.address, chain([first], jobs)).outcomes()
 
 
-class _Shift:
-    """What one run on a cluster has to keep in mind."""
+class _DaskRun:
+    """The state of one run on a Dask cluster: jobs submitted, and deaths of workers by job."""
 
     def __init__(self, client: Any, address: str, jobs: Iterator[WorkItem[Any]]) -> None:
         self.client, self.address, self.jobs = client, address, jobs
@@ -329,7 +326,7 @@ class _Shift:
     def outcomes(self) -> Generator[Any, None, None]:
         """Run all jobs; those that may have killed workers last, and each alone, ALONE times.
 
-        A dead worker speaks against every job that it held, the killer and the one at hand.
+        A dead worker counts against every job that it held: which of them killed it is unknown.
         """
         while True:
             self._look()
@@ -343,14 +340,14 @@ class _Shift:
             if line is not None:
                 yield outcome(job, line)
                 continue
-            self.deaths[job.key] += alone  # beside others it may have been innocent
+            self.deaths[job.key] += alone  # else one beside it may have been the cause
             if self.deaths[job.key] == ALONE:
                 yield job.failed("every worker that ran it died")
             else:
                 self.suspects.append(job)
 
     def _submit(self, job: WorkItem[Any]) -> None:
-        future = self.client.submit(errand, job.text, software(), pure=False)
+        future = self.client.submit(run_remote, job.text, software(), pure=False)
         self.running[future.key] = job, future
         future.add_done_callback(self.done.put)
 

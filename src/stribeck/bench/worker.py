@@ -86,8 +86,8 @@ def one_line(text: str) -> str:
     return " ".join(text.split())[:500]
 
 
-def errand(text: str, needs: str) -> str:
-    """Run a job where we may have come from elsewhere.
+def run_remote(text: str, needs: str) -> str:
+    """Run a job that another machine has sent.
 
     Args:
         text: The job's text.

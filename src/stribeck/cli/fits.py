@@ -288,7 +288,7 @@ def select(
 
     if out is not None:
         check_folder(out)
-    ladder = None if laws is None else [name.strip() for name in laws.split(",") if name.strip()]
+    names = None if laws is None else [name.strip() for name in laws.split(",") if name.strip()]
     chosen, fixed = with_constants(rig_named(rig), set_, exact=exact)
     ends = intervals("--bounds", bounds)
     each_once("--train", train)
@@ -299,7 +299,7 @@ def select(
     from ..identify.selection.select import select as selected
 
     asked: dict[str, Any] = {
-        "laws": ladder, "fixed": fixed, "bounds": ends, "seed": seed, "budget": budget,
+        "laws": names, "fixed": fixed, "bounds": ends, "seed": seed, "budget": budget,
         "folds": folds, "loss": loss, "delay": late, "velocity": velocity,
     }  # fmt: skip
     checked_comparison(chosen, **asked)

@@ -25,6 +25,7 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array
 from .resolution import noise, step
+from .runs import runs
 from .segmentation import turns
 
 if TYPE_CHECKING:
@@ -85,8 +86,6 @@ class Presliding:
         cycles: Settled ones, from the second on.
         amplitude: Of the force.
         travel: Peak-to-peak position over these cycles.
-        stiffness: Slope of the line between the tips, twice the amplitude over the travel.
-        half: Half of it, amplitude over travel, which some authors call sigma_0.
     """
 
     cycles: int
@@ -100,7 +99,7 @@ class Presliding:
 
     @property
     def half(self) -> float:
-        """Amplitude of the force over peak-to-peak position: half of `stiffness`."""
+        """Amplitude of the force over peak-to-peak position; some authors call it sigma_0."""
         return self.amplitude / self.travel
 
 
@@ -215,8 +214,7 @@ def _noise_of(u: Array) -> float:
 
 def _longest(inside: NDArray[np.bool_]) -> tuple[int, int]:
     """First and last place of the longest run of True."""
-    edges = np.flatnonzero(np.diff(inside.astype(np.int8), prepend=0, append=0))
-    starts, stops = edges[::2], edges[1::2]
+    starts, stops = runs(inside)
     if not len(starts):
         return 0, 0
     k = int(np.argmax(stops - starts))

@@ -16,6 +16,12 @@ def runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return edges[::2], edges[1::2]
 
 
+def slices(flags: NDArray[np.bool_]) -> list[slice]:
+    """Each run of True, as a slice."""
+    starts, stops = runs(flags)
+    return [slice(a, b) for a, b in zip(starts.tolist(), stops.tolist(), strict=True)]
+
+
 def within(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Samples at most `reach` from a marked one, (N,)."""
     starts, stops = runs(marked)

@@ -34,6 +34,7 @@ from ..compile_cache import compiled
 from ..space import Array
 from .repeated_samples import renewal
 from .resolution import noise_of, step
+from .runs import slices
 
 if TYPE_CHECKING:
     from .recording import Recording
@@ -201,10 +202,10 @@ def _pace(strokes: list[Stroke], t: Array, x: Array) -> Array:
 def _rests(x: Array, resting: NDArray[np.bool_], band: float) -> list[slice]:
     """Still stretches, those joined that only an outlier keeps apart."""
     rests: list[slice] = []
-    for a, b in _runs(resting):
-        rest = slice(a, b + 1)
+    for run in slices(resting):
+        rest = slice(run.start, run.stop + 1)
         if rests and _same(x, rests[-1], rest, band):
-            rest = slice(rests.pop().start, b + 1)
+            rest = slice(rests.pop().start, run.stop + 1)
         rests.append(rest)
     return rests
 
@@ -313,11 +314,6 @@ def _peak(t: Array, x: Array, start: int, stop: int, jump: float, fuzz: float) -
     lag = min(max(1, int(np.ceil(28 * fuzz / jump * (stop - start)))), stop - start)
     travel, times = x[start : stop + 1], t[start : stop + 1]
     return float(np.max(np.abs(travel[lag:] - travel[:-lag]) / (times[lag:] - times[:-lag])))
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 _FLOATS = types.Array(float64, 1, "C", readonly=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 import textwrap
 from dataclasses import dataclass
@@ -23,7 +22,7 @@ from ..units import unit
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """An identified friction model on its way out of the house.
+    """An identified friction model, ready to be exported.
 
     Args:
         card: The card.
@@ -247,8 +246,3 @@ def identifier(name: str) -> str:
     letters = name.replace("+", "_pos").replace("-", "_neg")
     letters = re.sub(r"[^A-Za-z0-9_]", "_", letters)
     return f"p_{letters}" if not letters[:1].isalpha() else letters
-
-
-def quoted(text: str) -> str:
-    """A text as a JSON string: what most languages take as one."""
-    return json.dumps(text, ensure_ascii=False)

@@ -64,7 +64,7 @@ class Exported(NamedTuple):
 
 @dataclass(frozen=True)
 class ExportTarget:
-    """One way out of the house.
+    """An export target: what it makes of a model, and the options it takes.
 
     Args:
         name: As `--to` takes it.
@@ -169,14 +169,16 @@ def _typed(keyword: str) -> str:
 
 
 def compensator(
-    model: Model, settings: Mapping[str, float] | None, base: Compensator | None
+    model: Model,
+    settings: Mapping[str, float] | None = None,
+    compensation: Compensator | None = None,
 ) -> Compensator:
     """A compensator of settings in the units in which the model's rig shows speeds.
 
     Args:
         model: Whose friction it compensates.
-        settings: Values that differ from those of `base`, by name.
-        base: Where they start from: `read_settings` reads what `compensate` recommended. By
+        settings: Values that differ from those of `compensation`, by name.
+        compensation: Where they start from: `read_settings` reads what `compensate` recommended. By
             default a feed-forward from the reference's velocity, at full scale, which also
             overcomes the friction of the rig's drive.
 
@@ -193,9 +195,9 @@ def compensator(
         speed = known[name].unit == "m/s"
         shown = model.rig.shows.get("velocity", model.speed_unit) if speed else ""
         values[name] = bool(value) if name == "feedback" else float(unit(shown).to_si(value))
-    if base is None:
-        base = Compensator(feedback=False, drive=model.rig.drive_friction())
-    return replace(base, **values)
+    if compensation is None:
+        compensation = Compensator(feedback=False, drive=model.rig.drive_friction())
+    return replace(compensation, **values)
 
 
 def _language(
@@ -214,19 +216,11 @@ def _language(
 
     def make(model: Model, name: str = name, **given: Any) -> Exported:
         files = getattr(import_module(f"{__package__}.code.{language}"), language)
-        return Exported(files(model, name, _compensator(model, **given)))
+        return Exported(files(model, name, compensator(model, **given)))
 
     return ExportTarget(
         language, doc, make, ("name", "settings", "compensation"), folder=folder, suffix=suffix
     )
-
-
-def _compensator(
-    model: Model,
-    settings: Mapping[str, float] | None = None,
-    compensation: Compensator | None = None,
-) -> Compensator:
-    return compensator(model, settings, compensation)
 
 
 def _table(model: Model, points: int | None = None, speed: float | None = None) -> Exported:

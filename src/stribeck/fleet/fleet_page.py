@@ -13,12 +13,12 @@ from ..report.format import unit_label
 from ..report.page.html_page import laid_out
 from .drift_report import alarm_table, summary
 from .drift_verdict import Drift, ParameterDrift
-from .series_svg import drift_picture, sparkline
+from .series_svg import POINTS, drift_picture, sparkline
 
 #: Names of the pages.
 OVERVIEW, DRIFT = "index.html", "drift.html"
-#: Rows of what was refused, pictures of what has not changed, and points of a sparkline.
-_REFUSED, _PICTURES, _POINTS = 500, 60, 60
+#: Rows of what was refused, and pictures of what has not changed.
+_REFUSED, _PICTURES = 500, 60
 _HEADS = (
     "machine", "axis", "parameter", "last value", "interval", "unit", "verdict", "over time",
     "logs", "refused", "last log",
@@ -54,7 +54,7 @@ def write_overview(table: pl.DataFrame, folder: Path) -> Path:
     title = "1 axis" if axes == 1 else f"{axes:,} axes"
     text = laid_out(
         "fleet.html.j2", {}, "stribeck fleet", title, _lead(table),
-        tiles=tiles, heads=_HEADS, rows=_rows(done, others), most=_POINTS - 1, refused=refused,
+        tiles=tiles, heads=_HEADS, rows=_rows(done, others), most=POINTS - 1, refused=refused,
         left_out=max(0, len(others) - _REFUSED),
         folder=folder.name,
     )  # fmt: skip

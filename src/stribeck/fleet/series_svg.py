@@ -13,8 +13,10 @@ from ..report.format import unit_label
 from ..space import Array
 from .drift_verdict import ParameterDrift
 
-#: Points of a sparkline, the last ones; its size and that of a picture, px.
-_POINTS, _SPARK, _WIDE, _HIGH, _STRIP = 60, (120, 26), 690, 190, 70
+#: Points of a sparkline, the last ones.
+POINTS = 60
+#: Its size and that of a picture, px.
+_SPARK, _WIDE, _HIGH, _STRIP = (120, 26), 690, 190, 70
 _LEFT, _RIGHT, _PAD = 56, 8, 8
 
 _EPOCH = dt.datetime(1970, 1, 1)  # noqa: DTZ001 - as the table has times
@@ -30,7 +32,7 @@ def sparkline(values: Array, low: Array, high: Array) -> Markup:
         low: Lower ends, nan where there is none, (n,).
         high: Upper ends, (n,).
     """
-    y, lower, upper = (np.asarray(a, dtype=float)[-_POINTS:] for a in (values, low, high))
+    y, lower, upper = (np.asarray(a, dtype=float)[-POINTS:] for a in (values, low, high))
     lower, upper = (np.where(np.isfinite(a), a, y) for a in (lower, upper))
     width, height = _SPARK
     across = _scale(0.0, max(len(y) - 1, 1), 4.0, width - 4.0)

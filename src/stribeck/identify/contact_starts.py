@@ -56,9 +56,7 @@ def contact_sets(parameters: Parameters, train: tuple[Segment, ...]) -> Array | 
     sets = answer.values[None] if near is None else np.vstack([answer.values, near])
     own = len(law.params)
     sets[1:, own:] = answer.values[own:]
-    lower = np.array([q.lower for q in parameters.every])
-    upper = np.array([q.upper for q in parameters.every])
-    x = np.clip(sets, lower, upper)[:, parameters.free_places]
+    x = parameters.clipped(sets)[:, parameters.free_places]
     return np.clip(Space(parameters.free).encode(x), 0.0, 1.0)
 
 

@@ -27,6 +27,8 @@ from .uncertainty.linearisation import box_of, linearised
 
 #: How far from its value a constant may be estimated, in standard deviations.
 REACH = 4.0
+#: Nor nearer to 0 than this share of its value, where it cannot be 0.
+NEAR_ZERO = 1e-3
 #: A constant whose standard deviation moves no parameter by more than this share of the parameter's
 #: own standard error is left out: it would widen no interval by more than a hundredth.
 MATTERS = 0.1
@@ -53,7 +55,9 @@ class FreeConstantsProblem:
         self.problem, self.constants, self.noise = problem, tuple(constants), noise
         self.parameters = problem.parameters
         self.name = f"{problem.name}/constants"
-        self.space = Space((*problem.space.params, *map(_as_param, constants)))
+        known = [_as_param(c, *problem.parameters.rig.limits(c.name)) for c in constants]
+        self.space = Space((*problem.space.params, *known))
+        self._ranges = np.array([q.lower for q in known]), np.array([q.upper for q in known])
         self.logs = problem.logs
         own = problem.priors if isinstance(problem, MotionProblem) else 0
         self.rows, self.priors = sum(problem.logs) + own, own + len(self.constants)
@@ -107,6 +111,7 @@ class FreeConstantsProblem:
 
     def _at(self, values: Array) -> MotionProblem | FreeStartProblem:
         """The motion problem on a rig with these constants, SI."""
+        values = np.clip(values, *self._ranges)  # which rounding may have left
         by_name = {c.name: float(v) for c, v in zip(self.constants, values, strict=True)}
         return self.problem.on(self.parameters.rig.estimated(by_name))
 
@@ -208,7 +213,10 @@ def constant_slopes(problem: FreeConstantsProblem, x: Array) -> tuple[Array, Arr
     return si[:free], (errors * scale[:k])[:free], counted.rows
 
 
-def _as_param(c: Constant) -> Param:
+def _as_param(c: Constant, least: float, most: float) -> Param:
+    """A constant as a parameter, within what it can be: `least` and `most`, SI."""
     reach = REACH * c.standard_deviation
-    lower = max(c.value - reach, 0.0) if c.value >= 0 else c.value - reach
-    return Param(c.name, lower, c.value + reach, unit(c.unit).dimension, doc=c.doc)
+    lower = max(c.value - reach, 0.0 if c.value >= 0 else -np.inf, least)
+    if least > 0:
+        lower = max(lower, NEAR_ZERO * c.value)
+    return Param(c.name, lower, min(c.value + reach, most), unit(c.unit).dimension, doc=c.doc)

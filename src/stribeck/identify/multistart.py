@@ -226,9 +226,12 @@ def _near(
     problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool,
     rich: bool,
 ) -> NearPlaces:  # fmt: skip
-    """Places near the answer: over horizons of a rich law, in stick-slip of the rigid limit.
+    """Places near the answer where a search may begin.
 
-    None where there is no such way, a force balance shows the answer, or the search is another's.
+    For a smooth motion under a rich law the ends of descents over longer and longer horizons; for
+    others the answer of the law's rigid limit. No places where neither applies, where the budget is
+    too small for horizons, where the axis is only pushed, or where the method is not memetic or has
+    settings of its own.
 
     Raises:
         KeyboardInterrupt: Ctrl-C ended the search of the rigid limit.

@@ -102,6 +102,10 @@ class Parameters:
             p[:, k] = x[:, at[name]] if name in at else self.fixed[name]
         return p
 
+    def clipped(self, sets: Array) -> Array:
+        """Complete sets, (n, k) or (k,), SI, each value within its search range."""
+        return np.clip(sets, [q.lower for q in self.every], [q.upper for q in self.every])
+
     def widened(self, x: Array) -> Parameters | None:
         """The same with wider ranges where free values (dim,) sit at an end of a default one.
 

@@ -187,6 +187,6 @@ def centred(series: Series) -> Array:
 
 
 def shares_of(series: Series) -> Array:
-    """W of every estimate at every point of the grid, (n, G)."""
+    """The weight w of every estimate at every point of the grid, (n, G)."""
     by_known = {c: series.share(c) for c in KNOWN_SHARES}
     return np.array([by_known[c] for _, c, _ in GRID.tolist()]).T

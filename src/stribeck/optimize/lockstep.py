@@ -1,7 +1,7 @@
 """The one loop of all searches and descents: their points are evaluated in one call a step.
 
 Searches, descents, refits of a profile and of a bootstrap are all generators of points (`Moves`).
-A `AskTell` drives one by ask and tell; `steps` drives many.
+An `AskTell` drives one by ask and tell; `steps` drives many.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class SearchError(RuntimeError):
 
 
 class Driven(Protocol[T_co]):
-    """What `steps` advances: a `AskTell` or a `Search`."""
+    """What `steps` advances: an `AskTell` or a `Search`."""
 
     ended: str | None
     detailed: bool
@@ -241,7 +241,7 @@ def steps(
     Args:
         problem: Gives the costs.
         tasks: Those to run.
-        rests: Whether a task waits in the next step; it is over where all that have not ended do.
+        rests: Whether a task skips the next step. The loop ends where all that have not ended do.
     """
     shown = problem if isinstance(problem, LeastSquares) else None  # slow to ask at every step
     while live := [t for t in tasks if not (t.ended or (rests is not None and rests(t)))]:

@@ -76,6 +76,16 @@ def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
     write_files(folder, write)
 
 
+def write_texts(folder: Path, texts: Mapping[str, str]) -> None:
+    """The same for several texts, by name; their lines end as the platform has it."""
+
+    def write(place: Path) -> None:
+        for name, text in texts.items():
+            (place / name).write_text(text, encoding="utf-8")
+
+    write_files(folder, write)
+
+
 def with_suffix(file: Path, suffix: str) -> Path:
     """A file's name with its extension, where it has none."""
     return file if file.suffix or not suffix else file.with_name(f"{file.name}{suffix}")

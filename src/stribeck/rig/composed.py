@@ -169,6 +169,11 @@ class ComposedRig(SteppedRig):
         """The row of constants of its parts; see `SteppedRig.coefficients`."""
         return assembled(self.parts, values)
 
+    def limits(self, name: str) -> tuple[float, float]:
+        """Between which values a constant can be simulated, SI, by its part."""
+        of_parts = {c.name: c.limits for part in self.parts for c in part.coefficients}
+        return of_parts.get(name, super().limits(name))
+
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse values with which nothing can be simulated."""
         for part in self.parts:

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..friction import law_named
 from ..text_file import page
 from . import RIGS
-from .axis_table import ROLES, composed_axis
+from .axis_table import ROLES, Finite, composed_axis
 from .rig import Rig
 from .search_ranges import with_ranges
 
@@ -44,8 +44,6 @@ _STATED = (
     'must be a finite number, text as "12±4", { free = [low, high] } or '
     '{ column = "HEAD", value = 1.0 }'
 )
-
-Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
 
 class _RigFile(BaseModel):

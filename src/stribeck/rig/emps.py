@@ -111,8 +111,9 @@ class Emps(BalancedRig):
                 f"rig {self.name}: its loop is simulated with laws without states, loads and "
                 f"terms, and {law.name} has some"
             )
-        p = np.atleast_2d(np.asarray(p, dtype=float))
-        self._check(law, p)
+        p = self.parameter_sets(law, p)
+        if not 0 <= self["delay"] <= self["T"] or self["T"] <= 0:
+            raise InputError(f"rig {self.name}: delay must lie between 0 and the controller's T")
         track = self._track(recording)
         k = len(law.params)
         mass, offset = p[:, k], np.zeros(len(p)) if law.directional else p[:, k + 1]
@@ -174,16 +175,6 @@ class Emps(BalancedRig):
             return rows(loop, len(p))
 
         return Controller(AXIS, FEED_FORWARD, self["T"], TOLERANCE, track, constants)
-
-    def _check(self, law: Law, p: Array) -> None:
-        k = len(law.params)
-        if p.shape[1] != k + len(self.own(law)):
-            raise InputError(
-                f"rig {self.name}, law {law.name}: parameters are "
-                f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
-            )
-        if not 0 <= self["delay"] <= self["T"] or self["T"] <= 0:
-            raise InputError(f"rig {self.name}: delay must lie between 0 and the controller's T")
 
     def _track(self, recording: Recording) -> Track:
         """The loop's inputs and its start; given is the voltage in force before its first.

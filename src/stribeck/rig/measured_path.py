@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ..friction import Law
 
 _F1 = types.Array(float64, 1, "C", readonly=True)
-_F2 = types.Array(float64, 2, "C", readonly=True)
 _I1 = types.Array(int64, 1, "C", readonly=True)
 #: A slide long enough for any state to be that of sliding: its speed, m/s (rad/s), and time, s.
 _CREEP, _LONG = 1e-6, 1e9

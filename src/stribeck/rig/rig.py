@@ -189,8 +189,14 @@ class Rig:
     def estimated(self, values: Mapping[str, float]) -> Self:
         """The same rig with other values of constants, SI; what is known of them stays."""
         return self._with(
-            replace(c, value=values[c.name]) if c.name in values else c for c in self.constants
+            replace(c, value=values[c.name]) if values.get(c.name, c.value) != c.value else c
+            for c in self.constants
         )
+
+    def limits(self, name: str) -> tuple[float, float]:
+        """Between which values a constant can be simulated, SI."""
+        del name
+        return -np.inf, np.inf
 
     @property
     def composition(self) -> tuple[Block, ...]:
@@ -328,6 +334,20 @@ class Rig:
             p[:, k] = rng.uniform(q.lower, q.upper, n) if q.fixed is None else q.fixed
         return p
 
+    def parameter_sets(self, law: Law, p: Array) -> Array:
+        """Parameter sets as (n, k).
+
+        Raises:
+            InputError: their columns are not this law's and rig's.
+        """
+        p = np.atleast_2d(np.asarray(p, dtype=float))
+        if p.shape[1] != len(law.params) + len(self.own(law)):
+            raise InputError(
+                f"rig {self.name}, law {law.name}: parameters are "
+                f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
+            )
+        return p
+
     def own(self, law: Law) -> tuple[Param, ...]:
         """The rig's own free parameters beside a law's (a rig may drop what a law makes idle)."""
         del law
@@ -365,7 +385,7 @@ class Rig:
         return None if self.loop is None else self.loop.controller(self.name, self.own)
 
     def drive_friction(self) -> float:
-        """Coulomb friction of its drive that eats its command, N or N m; 0 where it has none."""
+        """Coulomb friction of its drive itself, N or N m; 0 where it has none."""
         controller = self.controller()
         return 0.0 if controller is None else controller.friction
 

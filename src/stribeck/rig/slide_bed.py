@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -124,11 +124,16 @@ class SlideBed(SimulatedRig):
 
         K_n, K_v, K_kt and dp follow from others (nomenclature) unless set themselves.
         """
-        return super().set(**values).derived(values)
+        rig = super().set(**values)
+        return rig.estimated({name: rig[name] for name in values})
 
     def estimated(self, values: Mapping[str, float]) -> Self:
         """As `Rig.estimated`; K_n, K_v, K_kt and dp follow from others."""
-        return super().estimated(values).derived(values)
+        known = dict(values)
+        for name, parts, formula in _GEAR:
+            if name not in values and not known.keys().isdisjoint(parts):
+                known[name] = formula(*(known[p] if p in known else self[p] for p in parts))
+        return super().estimated(known)
 
     @property
     def slip_tolerance(self) -> float:
@@ -138,15 +143,6 @@ class SlideBed(SimulatedRig):
         raise it, as slips are cheap.
         """
         return min(self["tolerance"] / TOLERANCE, 1.0)
-
-    def derived(self, changed: Collection[str]) -> Self:
-        """The same rig with what follows from constants that have changed."""
-        rig, names = self, set(changed)
-        for name, parts, formula in _GEAR:
-            if name not in changed and not names.isdisjoint(parts):
-                rig = super(SlideBed, rig).estimated({name: formula(*(rig[p] for p in parts))})
-                names.add(name)
-        return rig
 
     def own(self, law: Law) -> tuple[Param, ...]:
         """k_spring; one for each direction if the law's parameters are."""
@@ -164,13 +160,7 @@ class SlideBed(SimulatedRig):
         Raises:
             InputError: a mass or stiffness that cannot be simulated, or columns missing.
         """
-        p = np.atleast_2d(np.asarray(p, dtype=float))
-        k = len(law.params)
-        if p.shape[1] != k + (2 if law.directional else 1):
-            raise InputError(
-                f"rig {self.name}, law {law.name}: parameters are "
-                f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
-            )
+        p, k = self.parameter_sets(law, p), len(law.params)
         c = np.repeat(self._kernel_constants[None], len(p), axis=0)
         c[:, K_SPRING_P], c[:, K_SPRING_M] = p[:, k], p[:, -1]
         return p[:, :k], c

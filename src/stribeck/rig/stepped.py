@@ -278,13 +278,7 @@ class SteppedRig(SimulatedRig):
         Raises:
             InputError: they are not this law's and rig's, or the rig's steps are none.
         """
-        p = np.atleast_2d(np.asarray(p, dtype=float))
-        k = len(law.params)
-        if p.shape[1] != k + len(self.own(law)):
-            raise InputError(
-                f"rig {self.name}, law {law.name}: parameters are "
-                f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
-            )
+        p = self.parameter_sets(law, p)
         step, tolerance = self["step"], self["tolerance"]
         if not (0 < step < np.inf and tolerance > 0):
             raise InputError(f"rig {self.name}: step = {step} s, tolerance = {tolerance}: "

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 PACE = 0.25
 #: Samples of a motion that is drawn while a search runs.
 DRAWN = 600
-#: Best values kept of a search, for the curve of its progress.
-KEPT = 300
 #: Points of a trial batch, and seconds of batches after which an evaluation's cost is known.
 TRIED, MEASURED = 24, 0.3
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from ..data.readers.log_contents import contents
-from ..data.readers.log_map import LogMap, save_map, saved_maps
+from ..data.readers.log_map import WORDS, LogMap, save_map, saved_maps
 from ..errors import InputError
 from .choices import Choices
-from .session_request import WORDS, Request
+from .session_request import Request
 
 #: The choices that a map is made of.
 MAPPED = ("columns", "drive", *WORDS)

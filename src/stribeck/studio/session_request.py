@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..constant import Stated, toleranced
 from ..data import Recording
+from ..data.readers.log_map import WORDS
 from ..drive import DriveChain
 from ..errors import InputError
 from ..rig import RIGS, Rig
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 #: The map of columns and drive that a command line names, beside the logs.
 MAP = "columns.toml"
-#: What else than columns and a drive says how logs are read, as `read` takes it.
-WORDS = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
 
 
 @dataclass(frozen=True)

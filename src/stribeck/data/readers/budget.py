@@ -17,6 +17,8 @@ EXPANSION = 48
 MOST = 8 << 30
 #: The most columns, variables or names of a log.
 MOST_COLUMNS = 10_000
+#: The most columns of a matrix, or entries of a list: a wider one is an image or a map.
+WIDEST = 512
 #: A number in the table, in SI, and in the recording: bytes.
 CELL = 24
 

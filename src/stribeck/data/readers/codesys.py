@@ -25,8 +25,6 @@ _VARIABLE = re.compile(rb"(?m)^(\d+)\.Variable;[ \t]*(.*?)[ \t]*$")
 _DATA = re.compile(rb"(?m)^(\d+)\.Data;[^\n]*\n((?:[ \t]*;[^\n]*(?:\n|$))*)")
 _SAMPLE = re.compile(rb"(?m)^[ \t]*;[ \t]*([^;\s]+)[ \t]*;[ \t]*([^;\s]+)")
 _WORDS = {b"TRUE": b"1", b"FALSE": b"0"}
-#: Units of time that a trace may be in.
-UNITS = ("ms", "us")
 
 
 def _opens(_path: Path, head: bytes) -> bool:

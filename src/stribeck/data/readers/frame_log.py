@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .arrays import matrix_names
+from .budget import WIDEST
 from .interval import Interval
 from .log_file import Channel
 from .raw_table import RawTable, listed
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     import polars as pl
 
 _TICKS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_WIDEST = 512  # a longer list is an image or a map
 
 
 def frame_log(
@@ -121,7 +121,7 @@ def _elements(name: str, kind: Any, names: Sequence[str]) -> dict[str, pl.Expr]:
     if isinstance(kind, pl.Array):
         column, width = column.arr.to_list(), kind.size
         names = names if len(names) == width else matrix_names(name, width)
-    if not 0 < len(names) <= _WIDEST:
+    if not 0 < len(names) <= WIDEST:
         return {}
     return {
         head: column.list.get(i, null_on_oob=True).cast(pl.Float64) for i, head in enumerate(names)

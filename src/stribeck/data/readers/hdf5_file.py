@@ -16,6 +16,7 @@ import numpy as np
 
 from ...errors import InputError
 from .arrays import matrix_names
+from .budget import WIDEST
 from .isolated import IsolatedFormat
 from .log_file import Channel, Reader, ReadOptions
 from .raw_table import RawTable, listed, shortened
@@ -30,7 +31,6 @@ _UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 _MATLAB_NUMBERS = ("double", "single", "logical", *(f"{u}int{n}" for u in ("", "u")
                                                     for n in (8, 16, 32, 64)))  # fmt: skip
 _MOST_OBJECTS = 20_000
-_WIDEST = 512  # a wider matrix is an image or a map
 _BLOCK = 1 << 20  # numbers that are read at a time
 
 
@@ -208,7 +208,7 @@ def _series(name: str, dataset: Any, lengths: Collection[int]) -> _DatasetColumn
         return _DatasetColumns(name, dataset, (name,), (), False, shape[0], unit)
     transposed = _is_transposed(dataset, lengths)
     count, width = reversed(shape) if transposed else shape
-    if width > _WIDEST:
+    if width > WIDEST:
         return None
     names = matrix_names(name, width)
     return _DatasetColumns(name, dataset, names, (), transposed, count, unit)
@@ -222,10 +222,10 @@ def _is_transposed(dataset: Any, lengths: Collection[int]) -> bool:
     """
     first, second = dataset.shape
     if "MATLAB_class" in dataset.attrs:
-        return bool(second > 1 and first <= _WIDEST)
+        return bool(second > 1 and first <= WIDEST)
     if (first in lengths) != (second in lengths):
         return second in lengths
-    return bool(second > first and (first == 1 or second > _WIDEST))
+    return bool(second > first and (first == 1 or second > WIDEST))
 
 
 def _unit(attributes: Mapping[str, Any]) -> str | None:

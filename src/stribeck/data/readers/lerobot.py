@@ -14,6 +14,7 @@ from typing import Any
 
 from ...errors import InputError
 from ...wording import option
+from .budget import WIDEST
 from .frame_log import frame_log
 from .isolated import IsolatedFormat
 from .log_file import Reader, ReadOptions
@@ -26,7 +27,6 @@ _EPISODE = "episode_index"
 _LARGEST = 16 << 20  # bytes of info.json
 _UNITS = {"timestamp": "s"}
 _DEEPEST = 4
-_WIDEST = 512  # a longer list is an image or a map
 
 
 def library_log(path: Path, options: ReadOptions) -> SlicedLog:
@@ -102,7 +102,7 @@ def _channels(name: str, feature: Mapping[str, Any]) -> list[str]:
     shape = feature.get("shape")
     if not (isinstance(shape, list) and len(shape) == 1 and isinstance(shape[0], int)):
         return []
-    width = min(max(shape[0], 0), _WIDEST)
+    width = min(max(shape[0], 0), WIDEST)
     texts = unique_names(list(_texts(feature.get("names"))))
     if len(texts) == width:
         return [f"{name}/{text}" for text in texts]

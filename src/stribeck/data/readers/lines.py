@@ -23,10 +23,10 @@ from .budget import ALLOWANCE, EXPANSION
 from .file_bytes import BROKEN_GZIP, GZIP
 from .text_encoding import NO_TEXT, encoding_mark
 from .text_layout import TextLayout
-from .text_rows import HUGE, count, refuse_huge_line
+from .text_rows import HUGE, LINE_FEED, QUOTE, count, refuse_huge_line
 from .text_table import without_overruns
 
-_LINE_FEED, _RETURN, _QUOTE = 10, 13, 34
+_RETURN = 13
 
 
 class LineBlock(NamedTuple):
@@ -63,9 +63,9 @@ class Encoding:
     def of(cls, head: bytes, otherwise: str) -> Encoding:
         """That of the first bytes of a file; `otherwise` where they have no mark of one."""
         name, mark = encoding_mark(head) or (otherwise, 0)
-        unit = cls(name, mark, _LINE_FEED)
-        ends = {_LINE_FEED, _RETURN} & set(np.unique(unit.units(head[mark:])).tolist())
-        return cls(name, mark, _RETURN if ends == {_RETURN} else _LINE_FEED)
+        unit = cls(name, mark, LINE_FEED)
+        ends = {LINE_FEED, _RETURN} & set(np.unique(unit.units(head[mark:])).tolist())
+        return cls(name, mark, _RETURN if ends == {_RETURN} else LINE_FEED)
 
     def units(self, raw: bytes) -> NDArray[np.unsignedinteger]:
         """Bytes, or pairs of them, of which each character is one at least."""
@@ -99,7 +99,7 @@ class Encoding:
         """The bytes up to the last line end outside of quotes, 0 if there is none."""
         units = self.units(raw)
         ends = np.flatnonzero(units == self.end)
-        quotes = units == _QUOTE
+        quotes = units == QUOTE
         if quotes.any():
             ends = ends[np.cumsum(quotes)[ends] % 2 == 0]
         return (int(ends[-1]) + 1) * units.itemsize if len(ends) else 0
@@ -164,7 +164,7 @@ class LinedFile:
                 yield LineBlock(at, cut, line, overruns), text
                 at, rest = at + cut, raw[cut:]
                 wanted = max(self.block, 2 * len(rest))
-                line += count(text, _LINE_FEED)
+                line += count(text, LINE_FEED)
                 if at > most:
                     raise InputError("unpacks to more than a log does: unpack it first")
 

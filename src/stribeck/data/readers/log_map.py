@@ -18,7 +18,8 @@ from .raw_table import printable, shortened
 
 #: Maps beside logs, for those with the heads that they name.
 FILE = "stribeck.columns.toml"
-_WORDS = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
+#: What a map says beside columns and a drive, as `read` takes it.
+WORDS = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
 _STAMPS = ("header", "log")
 
 
@@ -66,10 +67,10 @@ class LogMap:
             name, table = "columns", source
         else:
             name, table = toml_table(Path(source))
-        words = {w: table[w] for w in _WORDS if w in table}
+        words = {w: table[w] for w in WORDS if w in table}
         chain = _chain(table["drive"], f"{name}: drive") if "drive" in table else None
         named = bool(words or chain or "columns" in table)
-        if named and (others := [k for k in table if k not in (*_WORDS, "columns", "drive")]):
+        if named and (others := [k for k in table if k not in (*WORDS, "columns", "drive")]):
             raise InputError(f"{name}: {shortened(str(others[0]))} stands beside other words: put "
                              "channels into a table columns")  # fmt: skip
         rest = table.get("columns", {}) if named else table
@@ -81,7 +82,7 @@ class LogMap:
 
     def table(self) -> dict[str, Any]:
         """The map as `of` reads it."""
-        words = {w: getattr(self, w) for w in _WORDS if getattr(self, w) is not None}
+        words = {w: getattr(self, w) for w in WORDS if getattr(self, w) is not None}
         chain = {} if self.drive is None else {"drive": self.drive.table()}
         return {**words, "columns": dict(self.columns), **chain}
 

@@ -21,14 +21,13 @@ from numpy.lib import format as npy
 from ...errors import InputError
 from ...space import Array
 from .arrays import by_length, matrix_names
-from .budget import CELL, ReadBudget, refuse_many
+from .budget import CELL, WIDEST, ReadBudget, refuse_many
 from .lazy_log import LazyLog
 from .log_file import Channel, Reader, ReadOptions
 from .raw_table import listed, shortened
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 _NUMBERS = "iufb"
-_WIDEST = 512  # a wider matrix is an image or a map
 _BROKEN = "is a broken NumPy file: copy or save it again"
 
 
@@ -67,7 +66,7 @@ class _ArrayHead:
         if self.kind.kind not in _NUMBERS or len(self.shape) not in (1, 2) or 0 in self.shape:
             return ()
         width = self.shape[1] if len(self.shape) == 2 else 1  # noqa: PLR2004 - rows, columns
-        if width > _WIDEST:
+        if width > WIDEST:
             return ()
         return matrix_names(self.name, width) if self.name else _numbered(width)
 

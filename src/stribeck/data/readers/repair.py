@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...space import Array
+from ..runs import slices
 from .raw_table import RawTable, shortened
 
 #: Longest run of empty cells that is interpolated, in samples.
@@ -163,9 +164,9 @@ class Mender:
             n = int(np.isnan(a).sum())
             if not n:
                 continue
-            for start, stop in _runs(np.isnan(a)):
-                if stop - start > SHORT_GAP:
-                    self._refuse_gap(name, start, stop - 1)
+            for gap in slices(np.isnan(a)):
+                if gap.stop - gap.start > SHORT_GAP:
+                    self._refuse_gap(name, gap.start, gap.stop - 1)
             if n > max(FEW * len(a), 1):
                 raise InputError(f"{name} is empty in {n} of {len(a)} rows, first in "
                                  f"{self._place(np.isnan(a))}: more than {FEW:.0%} is not "
@@ -182,7 +183,7 @@ class Mender:
         """Columns nobody asked for: never a reason to refuse a log."""
         for name, a in list(self.extra.items()):
             invalid = ~np.isfinite(a)
-            longest = max((stop - start for start, stop in _runs(invalid)), default=0)
+            longest = max((gap.stop - gap.start for gap in slices(invalid)), default=0)
             if longest > SHORT_GAP or invalid.sum() > max(FEW * len(a), 1):
                 del self.extra[name]
                 self.notes.append(f"column {shortened(name)} left out: it has gaps")
@@ -226,12 +227,6 @@ def filled_extra(table: RawTable, used: set[str]) -> dict[str, Array]:
     }
     return {name: a for name, a in columns.items()
             if name not in used and name not in table.text and not np.isnan(a).all()}  # fmt: skip
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Start and stop of each stretch where the mask holds."""
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _count(n: int, noun: str) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 #: From 2000 to 2100, s since 1970.
 _SINCE, _UNTIL = 946_684_800.0, 4_102_444_800.0
-_TO_1601, _TO_1904 = 11_644_473_600.0, 2_082_844_800.0
+_TO_1601 = 11_644_473_600.0
 #: Formats of words, each tried on a whole column.
 _FORMATS = (
     "%Y-%m-%dT%H:%M:%S%.f", "%Y-%m-%d %H:%M:%S%.f", "%Y/%m/%d %H:%M:%S%.f",

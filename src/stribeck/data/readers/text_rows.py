@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 #: Bytes that no line of a log has.
 HUGE = 1 << 20
-_LINE_FEED, _QUOTE = 10, 34
+#: Codes of characters.
+LINE_FEED, QUOTE = 10, 34
 _NULLS = sorted({s for m in MISSING - {"nan"} for s in (m, m.upper(), m.capitalize())})
 _NO_TABLE = "cannot be read as a table: save it as plain CSV"
 
@@ -104,7 +105,7 @@ class TextRows:
         mark = self.comment.encode()
         if self._spans_lines:
             return sum(not line.startswith(mark) for _, line in self._numbered())
-        lines = count(self.body, _LINE_FEED)
+        lines = count(self.body, LINE_FEED)
         comments = 0 if mark not in self.body else self.body.count(b"\n" + mark)
         comments += self.body.startswith(mark)
         return lines + (bool(self.body) and not self.body.endswith(b"\n")) - comments
@@ -176,7 +177,7 @@ class TextRows:
         if b'"' not in self.body:
             return False
         characters = np.frombuffer(self.body, np.uint8)
-        return bool((np.cumsum(characters == _QUOTE)[characters == _LINE_FEED] % 2).any())
+        return bool((np.cumsum(characters == QUOTE)[characters == LINE_FEED] % 2).any())
 
     def _numbered(self) -> Iterator[tuple[int, bytes]]:
         """Rows with the number of their first line; a list of them would be ten times as long."""

@@ -9,7 +9,7 @@ What is lowered, always:
 
 What only some languages say, several results or a jump out of a loop, is refused for the others.
 
-And for a language whose operators are blunter than Python's (`Blunt`):
+And for a language that is more restricted than Python (`Restrictions`):
 
 - `and` and `or` that may evaluate all their parts become nested ifs where a later part could do
   harm by itself, such as divide by what an earlier one has found to be 0;
@@ -66,7 +66,7 @@ _HARMLESS = frozenset({"abs", "min", "max", "copysign", "real"})
 
 @dataclass(frozen=True)
 class Restrictions:
-    """Which operators of a language are blunter than Python's.
+    """How a language is more restricted than Python: operators, results, loops and numbers.
 
     Args:
         joins: `and` and `or` may evaluate all their parts.

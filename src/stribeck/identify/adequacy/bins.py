@@ -44,9 +44,9 @@ class Binned:
     probability: float
 
 
-def bin_of(values: Array, bins: int = BINS) -> NDArray[np.intp]:
+def bin_of(values: Array) -> NDArray[np.intp]:
     """The equal-count bin of each value, (rows,); equal values share one."""
-    edges = np.quantile(values, np.linspace(0.0, 1.0, bins + 1)[1:-1])
+    edges = np.quantile(values, np.linspace(0.0, 1.0, BINS + 1)[1:-1])
     which = np.searchsorted(np.unique(edges), values, side="right")
     taken = np.bincount(which) > 0
     return (np.cumsum(taken) - 1)[which]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...data.derived_channel import Slope
 from ...data.filtering import bridged, decimate, kept
 from ...data.resampling import interpolated
-from ...data.runs import within
+from ...data.runs import slices, within
 from ...data.zero_phase import BLOCK
 from ...space import Array
 from . import variable_projection
@@ -143,8 +143,7 @@ class _Runs:
     """
 
     def __init__(self, gaps: NDArray[np.bool_], samples: float) -> None:
-        edges = np.flatnonzero(np.diff(np.concatenate([[True], gaps, [True]])))
-        self._runs = [slice(a, b) for a, b in edges.reshape(-1, 2).tolist()]
+        self._runs = slices(~gaps)
         self._keep = float(np.exp(-1.0 / samples))
 
     def low(self, x: Array) -> Array:

@@ -272,9 +272,7 @@ def _with_error(channel: Array, rng: np.random.Generator) -> Array:
 def _allowed(solved: Balance, shift: Array, error: Array) -> SensorBias:
     """As much of a shift as leaves the law physical and its parameters in their ranges."""
     parameters = solved.system.parameters
-    lower = np.array([q.lower for q in parameters.every])
-    upper = np.array([q.upper for q in parameters.every])
-    value = np.clip(solved.values - shift, lower, upper)
+    value = parameters.clipped(solved.values - shift)
     value = np.where(np.isin(np.arange(len(value)), solved.system.free), value, solved.values)
     law = parameters.law
     if not np.all(law.physical(value[None, : len(law.params)])):

@@ -46,10 +46,7 @@ def state_starts(system: System) -> Array | None:
     own = law.starts(contact_spectrum(system))
     sets = np.tile(parameters.full(parameters.middle[None])[0], (len(own), 1))
     sets[:, : own.shape[1]] = own
-    lower = np.array([q.lower for q in parameters.every])
-    upper = np.array([q.upper for q in parameters.every])
-    x = np.clip(sets, lower, upper)[:, parameters.free_places]
-    return parameters.full(x)
+    return parameters.full(parameters.clipped(sets)[:, parameters.free_places])
 
 
 def within_force(system: System) -> Parameters:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
+from ...data.gate.contradictions import velocity_scale
 from ...errors import InputError
 from ...rig.balanced import as_balanced
 from ...wording import option
@@ -56,6 +57,13 @@ def with_velocity(
         f"force, with that of the position {by_position:.3g} %, and it is used below "
         f"{100 * BETTER:.0f} % of that; {option('velocity', other)} takes the other"
     )
+    scales = [velocity_scale(log) for log in data.recordings]
+    if used and (off := max(scales, key=lambda ratio: abs(ratio - 1.0))) != 1.0:
+        text += (
+            f"; but it is {off:.3g} times that of the position: where its scale is the wrong one, "
+            "inertia and viscous friction are off by as much"
+        )
+        return recorded, (Violation("data", text),)
     return (recorded if used else parameters), (Violation("data", text, caps=False),)
 
 

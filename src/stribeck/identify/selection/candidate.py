@@ -14,7 +14,7 @@ from .range_ends import End
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One law of the ladder.
+    """One law of a comparison, with its errors.
 
     Args:
         parameters: Its parameters.

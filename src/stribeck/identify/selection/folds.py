@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.ranges import FEWEST, Range, windows
+from ...data.runs import slices, within
 from ...data.segmentation import segment
 from ...errors import InputError
 from ...space import Array
@@ -254,8 +255,8 @@ def _round(
         for part in _parts(log, folds, k, by_stroke=by_stroke):
             out[part] = True
         base = masks[id(log)]
-        train += _runs(log, base & ~_widened(out, _reach(log, rig)))
-        held_out += _runs(log, base & out)
+        train += _ranges(log, base & ~within(out, rig.filter_reach(log.dt)))
+        held_out += _ranges(log, base & out)
     for purpose, parts in (("trained on", train), ("held out", held_out)):
         if not parts:
             raise InputError(
@@ -279,27 +280,10 @@ def _parts(log: Recording, folds: int, k: int, *, by_stroke: bool) -> Iterator[s
         yield slice(int(cut[k]), int(cut[k + 1]))
 
 
-def _reach(log: Recording, rig: Rig) -> int:
-    """Samples beside what is held out that a filter mixes with it."""
-    return rig.filter_reach(log.dt)
-
-
-def _widened(mask: Mask, by: int) -> Mask:
-    if not by:
-        return mask
-    at = np.flatnonzero(mask)
-    edges = np.zeros(len(mask) + 1, dtype=int)
-    np.add.at(edges, np.maximum(at - by, 0), 1)
-    np.add.at(edges, np.minimum(at + by + 1, len(mask)), -1)
-    return np.asarray(np.cumsum(edges)[:-1] > 0)
-
-
-def _runs(log: Recording, mask: Mask) -> list[LogRange]:
+def _ranges(log: Recording, mask: Mask) -> list[LogRange]:
     """The runs of a mask that are long enough, as ranges of time."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     t = np.append(log.t, log.t[-1] + log.dt)
+    ends = [(t[run.start], t[run.stop]) for run in slices(mask) if run.stop - run.start >= FEWEST]
     return [
-        LogRange(log, Range(f"{t[a]:.6g}s:{t[b]:.6g}s", float(t[a]), float(t[b]), timed=True))
-        for a, b in edges.reshape(-1, 2)
-        if b - a >= FEWEST
+        LogRange(log, Range(f"{a:.6g}s:{b:.6g}s", float(a), float(b), timed=True)) for a, b in ends
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,20 +23,17 @@ def profile_records(fit: Fit) -> Iterator[ProfileRecord]:
     ends = {q.name: e for q, e in zip(fit.parameters.every, fit.estimates, strict=True)}
     for q in fit.parameters.free:
         e, (profile, _) = ends[q.name], profiles[q.name]
-
-        def as_shown(x: float, q: object = q) -> float:
-            return float(shown_in(fit.rig, q, x))  # type: ignore[arg-type]
-
+        as_shown = partial(shown_in, fit.rig, q)
         if not np.isfinite(e.value):
             continue
         finite = np.isfinite(profile.values) & np.isfinite(profile.rises)
         yield ProfileRecord(
             name=e.name,
             unit=unit_label(e.unit),
-            value=as_shown(e.value),
-            low=as_shown(e.low) if np.isfinite(e.low) else None,
-            high=as_shown(e.high) if np.isfinite(e.high) else None,
-            values=[as_shown(float(v)) for v in profile.values[finite]],
+            value=float(as_shown(e.value)),
+            low=float(as_shown(e.low)) if np.isfinite(e.low) else None,
+            high=float(as_shown(e.high)) if np.isfinite(e.high) else None,
+            values=as_shown(profile.values[finite]).tolist(),
             rises=[float(f"{z:.5g}") for z in profile.rises[finite]],
         )
 

@@ -30,7 +30,7 @@ from ..figures.plot import Group, every_plot
 from ..figures.residual_plots import residual_group
 from ..figures.search_plots import convergence_group, profile_groups
 from ..figures.style import COLOURS
-from ..folder import write_files
+from ..folder import write_texts
 from ..format import number, unit_label
 from ..terminal import gathered
 from . import fit_tables
@@ -47,13 +47,7 @@ def write_report(report: Report, folder: Path) -> None:
     Raises:
         InputError: the disk refuses.
     """
-    texts = {FILE: report.text(), PAGE: render(report)}
-
-    def write(place: Path) -> None:
-        for name, text in texts.items():
-            (place / name).write_text(text, encoding="utf-8")
-
-    write_files(folder, write)
+    write_texts(folder, {FILE: report.text(), PAGE: render(report)})
 
 
 def write_page(folder: Path) -> Path:
@@ -77,7 +71,7 @@ def write_page(folder: Path) -> Path:
             f"{folder / FILE}: is damaged, its numbers do not fit together: write it with "
             "`identify ... --out DIR`"
         ) from error
-    write_files(folder, lambda place: (place / PAGE).write_text(text, encoding="utf-8"))
+    write_texts(folder, {PAGE: text})
     return folder / PAGE
 
 

@@ -12,7 +12,7 @@ from ...data.quality import seen_segments
 from ...units import unit
 from ..contents_report import contents_table
 from ..figures.overview_plots import DrawnLog, overview_groups, run_groups
-from ..folder import write_files
+from ..folder import write_texts
 from ..format import number, unit_label
 from ..quality_report import quality_text
 from ..table import Table
@@ -50,16 +50,8 @@ def write_check(
     Raises:
         InputError: the disk refuses.
     """
-    texts = {
-        PAGE: check_page(recording, quality, contents, command),
-        VALUES: quality_text(quality),
-    }
-
-    def write(place: Path) -> None:
-        for name, text in texts.items():
-            (place / name).write_text(text, encoding="utf-8")
-
-    write_files(folder, write)
+    page = check_page(recording, quality, contents, command)
+    write_texts(folder, {PAGE: page, VALUES: quality_text(quality)})
 
 
 def check_page(

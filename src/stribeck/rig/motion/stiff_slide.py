@@ -80,8 +80,8 @@ STIFF, SWINGS = 6.0, 1.5
 TOLERANCE, LASTS = 3e-9, 1.0
 #: The first step behind a corner of the command, s: one that is long jumps what follows quickly.
 FIRST = 1e-5
-#: A step is never shorter, s, and a located event no nearer to the begin of one.
-SHORTEST, INSTANT = 1e-9, 1e-13
+#: A step is never shorter, s.
+SHORTEST = 1e-9
 #: How the next step may differ: at least, at most, and the share of what the error allows.
 _LEAST, _MOST, _SAFE = 0.1, 6.0, 0.85
 #: The clamp's side may change late by such a share of the error allowed.

@@ -16,6 +16,8 @@ from ..motion.axis_row import Slot, Stage
 from ..motion.part_call import PartFunction
 
 Role = Literal["controller", "motor", "transmission", "load", "sensor"]
+#: The least number above zero.
+_SMALLEST = float(np.finfo(float).tiny)
 #: Where a part of a role acts where it does not say so itself.
 _SLOTS: Mapping[Role, Slot] = MappingProxyType(
     {
@@ -111,6 +113,11 @@ class Coefficient:
         """The same quantity, to be identified within a range, SI."""
         logarithmic = (self.log if log is None else log) and lower > 0
         return replace(self, constant=None, free=True, lower=lower, upper=upper, log=logarithmic)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The least and the greatest value that such a thing can have."""
+        return max(self.least, _SMALLEST) if self.positive else self.least, self.most
 
     def fault(self, value: float) -> str:
         """What is wrong with a value, or nothing."""
