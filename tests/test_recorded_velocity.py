@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -103,3 +104,23 @@ def test_laws_are_compared_with_the_velocity_that_identify_reads() -> None:
     assert held[0] < 0.8 * held[1]
     with pytest.raises(InputError, match="is simulated: it reads no velocity"):
         select(coarse, rig="slide-bed", velocity="recorded")
+
+
+@pytest.mark.parametrize("factor", [0.85, 0.95, 1.05, 1.1])
+def test_a_velocity_of_another_scale_is_told_and_takes_identified_away(factor: float) -> None:
+    """It explains the force better than coarse positions do, with an inertia that is off by it."""
+    coarse = log(2e-3, 1e-4)
+    assert coarse.velocity is not None
+    other = replace(coarse, velocity=factor * coarse.velocity)
+    fit = identify(other, rig="forced")
+    assert f"it is {factor:.3g} times that of the position" in sentence(fit)
+    mass = next(e for e in fit.estimates if e.name == "M")
+    assert mass.value * factor == pytest.approx(10.0, rel=0.02)
+    assert (mass.verdict, mass.reason) == ("weak", "data")
+
+
+def test_a_velocity_of_the_positions_scale_is_not_told() -> None:
+    for noise in (1e-4, 5e-3):
+        assert "times that of the position" not in sentence(
+            identify(log(2e-3, noise), rig="forced")
+        )

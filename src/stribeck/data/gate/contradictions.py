@@ -26,9 +26,6 @@ _MATERIAL = 0.02
 #: A recorded velocity has another unit if it goes with the other to this correlation, at a ratio
 #: outside of these.
 _ALIKE_WAYS, _UNIT = 0.9, (0.8, 1.25)
-#: A recorded velocity has another scale where what it integrates to is off the position's way by
-#: this share, and by so many times the share that goes with nothing of the position.
-_SCALE, _BEYOND = 0.03, 4.0
 #: Intervals that are worked on at once.
 _BLOCK = 1 << 16
 
@@ -52,7 +49,7 @@ def contradicted(recording: Recording) -> list[Fault]:
     t, x, v = (y[every] for y in (recording.t, recording.position, recording.velocity))
     if len(x) <= 4 * _ABOUT:
         return []
-    if line := _other_unit(recording, t, x, v) or _other_scale(recording):
+    if line := _other_unit(recording, t, x, v):
         return [line]
     beside = np.empty(len(x) - 1)
     for some in _intervals(t, x, v):
@@ -77,41 +74,6 @@ def contradicted(recording: Recording) -> list[Fault]:
     own = np.flatnonzero(new)
     rows = mask(len(recording), np.append(own[places], own[places + 1]))
     return [Fault("jump", "position", rows, size, sentence)]
-
-
-def velocity_scale(recording: Recording) -> float:
-    """The ratio of a recorded velocity to that of the position; 1 where it may be 1.
-
-    By what the velocity integrates to, less a steady part, over the position: that hangs on no
-    difference of the position, and on no lag or low pass of the velocity that is short beside a
-    stroke.
-    """
-    if recording.velocity is None:
-        return 1.0
-    t, x, v = recording.t, recording.position, recording.velocity
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
-    columns = np.array([x, t])
-    columns -= columns.mean(axis=1, keepdims=True)
-    way -= way.mean()
-    products = np.einsum("im,jm->ij", columns, columns)
-    if not np.linalg.det(products) > 0.0:
-        return 1.0
-    ratio, drift = np.linalg.solve(products, np.einsum("im,m->i", columns, way))
-    left = float(np.std(way - ratio * columns[0] - drift * columns[1]) / np.std(columns[0]))
-    off = abs(float(ratio) - 1.0)
-    return float(ratio) if off > max(_SCALE, _BEYOND * left) else 1.0
-
-
-def _other_scale(recording: Recording) -> Fault | None:
-    """A velocity that integrates to another way than the position goes."""
-    if (ratio := velocity_scale(recording)) == 1.0:
-        return None
-    sentence = (
-        f"the recorded velocity is {ratio:.3g} times that of the position, over whole strokes: one "
-        "of the two has a wrong scale"
-    )
-    rows = np.ones(len(recording), dtype=bool)
-    return Fault("contradiction", "velocity", rows, ratio, sentence, harmful=False)
 
 
 def _intervals(t: Array, x: Array, v: Array) -> Iterator[_Intervals]:

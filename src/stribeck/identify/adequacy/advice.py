@@ -10,6 +10,7 @@ import numpy as np
 
 from ...friction import LAWS
 from ...friction.law import Term
+from ...rig.rig import shown_difference
 from ...space import Param
 from ...units import unit
 from ...wording import option
@@ -31,6 +32,8 @@ _WITH_DROP = {
     "bam-m3": "bam-m4",
     "dahl": "lugre",
 }
+#: A parameter that something without a name would move by less than this share is not told.
+MATTERS = 0.03
 #: Share of a variance from which on it is told in whole percent.
 ROUND = 0.1
 #: What an effect is in words, by variable, kind and pattern.
@@ -100,6 +103,39 @@ def with_effects(
         )
         violations.append(Violation("model", sentence, wide, caps=bool(wide)))
     return estimates, violations
+
+
+def recurrence_violations(
+    parameters: Parameters, estimates: Sequence[Estimate], effects: Effects
+) -> list[Violation]:
+    """That a model leaves something out which has no name, where that may matter.
+
+    It takes no verdict away: what it resembles is not known.
+
+    Args:
+        parameters: Rig and law.
+        estimates: As in `parameters.every`.
+        effects: What the residual shows.
+    """
+    if (recurring := effects.recurrence) is None:
+        return []
+    rig, off = parameters.rig, list[str]()
+    for q, e in zip(parameters.every, estimates, strict=True):
+        shift = recurring.shifts.get(parameters.tied.get(q.name, q.name), 0.0)
+        reach = max(0.5 * (e.high - e.low), MATTERS * abs(e.value))
+        if e.verdict == "identified" and shift > reach:
+            shown = float(shown_difference(rig, q, shift))
+            off.append(f"{e.name} by {shown:.2g} {e.unit}".rstrip())
+    if not off:
+        return []
+    share = f"{100 * recurring.share:{'.0f' if recurring.share >= ROUND else '.2g'}}"
+    sentence = (
+        f"{share} % of the variance of the force that the model leaves comes back wherever "
+        "position, velocity and acceleration do: it leaves out something that no check names, as "
+        "a load that is carried one way, a place of more friction, or hysteresis of the force "
+        f"sensor; so much force would move {' or '.join(off)}, and the intervals do not hold that"
+    )
+    return [Violation("model", sentence, caps=False)]
 
 
 def _shift(parameters: Parameters, q: Param, effect: Effect) -> float:

@@ -21,6 +21,7 @@ from ...data.zero_phase import BLOCK
 from ...space import Array
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
 from .patterns import Kind, Pattern, Variable, carrier, patterns, tone, wave_shares
+from .recurrence import Recurrence, recurrence
 from .residual_rows import FEWEST, ROWS, ResidualRows, blocks
 from .reversals import CONCENTRATED, ROWS_BEHIND, behind_reversals, mark_of_reversals
 
@@ -92,11 +93,14 @@ class Effects:
         looks: The residual in bins of every variable; none if there are too few rows.
         effects: Those that chance does not explain, in the order in which they were seen.
         noise: Root mean square of the residual in the rows looked at, N (N m).
+        recurrence: What the residual has again wherever the motion has, material effects taken
+            out; None where there is nothing, and in the equation error of a simulated motion.
     """
 
     looks: tuple[BinnedResidual, ...]
     effects: tuple[Effect, ...]
     noise: float
+    recurrence: Recurrence | None = None
 
 
 class Remainder:
@@ -149,7 +153,7 @@ def effects(rows: ResidualRows) -> Effects:
         rows, block = rows.rows(away), block[away]
         remainder = Remainder(rows, _no_terms(rows))
         looks = _looks(remainder.rows, block, flips)
-    columns = _no_terms(rows)
+    columns = material = _no_terms(rows)
     while len(result) < MOST:
         candidates = [c for look in looks if (c := _candidate(remainder, look, block, flips))]
         if not candidates:
@@ -162,8 +166,12 @@ def effects(rows: ResidualRows) -> Effects:
         # Which of the scales that fit as well it is, nobody knows: the greatest shift counts.
         shifts = _material(rows, [shifts, *effect.others])
         result.append(replace(effect, shifts=shifts, size=float(np.sqrt(np.mean(gone**2)))))
+        material = np.column_stack([material, pattern]) if shifts else material
         looks = _looks(remainder.rows, block, flips)
-    return Effects(first, tuple(result), noise)
+    unnamed = None if rows.other is not None else Remainder(rows, material).rows
+    return Effects(
+        first, tuple(result), noise, None if unnamed is None else recurrence(unnamed, block)
+    )
 
 
 def _with_what_sampling_leaves(rows: ResidualRows) -> ResidualRows:

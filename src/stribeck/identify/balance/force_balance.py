@@ -13,7 +13,7 @@ from ...data.ranges import Range
 from ...data.recording import Recording
 from ...errors import InputError
 from ...space import Array
-from ..adequacy.advice import with_effects
+from ..adequacy.advice import recurrence_violations, with_effects
 from ..adequacy.effects import Effects, effects
 from ..adequacy.generalisation import held_out_violations
 from ..adequacy.neighbours import neighbour_violations
@@ -216,6 +216,7 @@ def balance_fit(logs: SolvedLogs) -> Fit:
         *(() if bias is None else bias.violations(logs.solved, judged)),
         *between,
         *inadequate,
+        *recurrence_violations(parameters, judged, seen),
         *neighbour_violations(parameters, recordings),
         *twice_violations(solved),
         *mass_violations(parameters, judged, scaled),

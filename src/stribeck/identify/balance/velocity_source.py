@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
-from ...data.gate.contradictions import velocity_scale
+import numpy as np
+
 from ...errors import InputError
 from ...rig.balanced import as_balanced
 from ...wording import option
@@ -14,6 +15,7 @@ from .balance import balance
 from .training_rows import training_rows
 
 if TYPE_CHECKING:
+    from ...data.recording import Recording
     from ..data_split import DataSplit
     from ..parameters import Parameters
 
@@ -22,6 +24,32 @@ VelocitySource = Literal["auto", "recorded", "position"]
 
 #: A recorded velocity is used where it leaves less than this share of what the position's leaves.
 BETTER = 0.8
+#: It has another scale where what it integrates to is off the position's way by this share, and by
+#: so many times the share that goes with nothing of the position.
+OFF, BEYOND = 0.03, 4.0
+
+
+def _scale(recording: Recording) -> float:
+    """The ratio of a recorded velocity to that of the position; 1 where it may be 1.
+
+    By what the velocity integrates to, less a steady part, over the position: that hangs on no
+    difference of the position, and on no lag or low pass of the velocity that is short beside a
+    stroke.
+    """
+    if recording.velocity is None:
+        return 1.0
+    t, x, v = recording.t, recording.position, recording.velocity
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
+    columns = np.array([x, t])
+    columns -= columns.mean(axis=1, keepdims=True)
+    way -= way.mean()
+    products = np.einsum("im,jm->ij", columns, columns)
+    if not np.linalg.det(products) > 0.0:
+        return 1.0
+    ratio, drift = np.linalg.solve(products, np.einsum("im,m->i", columns, way))
+    left = float(np.std(way - ratio * columns[0] - drift * columns[1]) / np.std(columns[0]))
+    off = abs(float(ratio) - 1.0)
+    return float(ratio) if off > max(OFF, BEYOND * left) else 1.0
 
 
 def with_velocity(
@@ -57,7 +85,7 @@ def with_velocity(
         f"force, with that of the position {by_position:.3g} %, and it is used below "
         f"{100 * BETTER:.0f} % of that; {option('velocity', other)} takes the other"
     )
-    scales = [velocity_scale(log) for log in data.recordings]
+    scales = [_scale(log) for log in data.recordings]
     if used and (off := max(scales, key=lambda ratio: abs(ratio - 1.0))) != 1.0:
         text += (
             f"; but it is {off:.3g} times that of the position: where its scale is the wrong one, "

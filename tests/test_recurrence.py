@@ -1,0 +1,105 @@
+"""What a balance leaves out without a name is told where it comes back with the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import numpy as np
+import pytest
+
+from foreign import driven, sensors
+from foreign.friction import coulomb_viscous
+from foreign.strokes import sines, strokes
+from stribeck import Recording, identify
+from stribeck.identify.result import Fit
+from stribeck.space import Array
+
+TRUTH = {"M": 12.0, "F_C": 18.0, "F_V": 70.0}
+WORDS = "comes back wherever position, velocity and acceleration do"
+
+
+def load_one_way(m: Mapping[str, Array]) -> Array:
+    """Four kilograms that are carried to the right and not back."""
+    return 4.0 * m["acceleration"] * (m["velocity"] > 0.0)
+
+
+def process(m: Mapping[str, Array]) -> Array:
+    """A tool that takes 8 N on a part of the way, one way."""
+    x = m["position"] - m["position"].min()
+    force: Array = 8.0 * ((x > 0.03) & (x < 0.08) & (m["velocity"] > 0.0))
+    return force
+
+
+def braking(m: Mapping[str, Array]) -> Array:
+    """Friction that is 4 N greater while the axis is braked."""
+    return 4.0 * np.sign(m["velocity"]) * (m["acceleration"] * m["velocity"] < 0.0)
+
+
+#: What is in the force besides, and the parameter that it moves most.
+UNNAMED: dict[str, tuple[Callable[[Mapping[str, Array]], Array], str]] = {
+    "load one way": (load_one_way, "M"),
+    "process force": (process, "F_C"),
+    "braking": (braking, "M"),
+}
+
+
+@cache
+def fitted(fault: str, motion: str, seed: int = 0, memory: float = 0.0) -> Fit:
+    rng = np.random.default_rng(seed)
+    if motion == "sines":
+        t, x = sines(24.0, np.array([0.06, 0.03, 0.01]), np.array([0.31, 0.83, 2.3]))
+    else:
+        speeds = np.repeat([0.04, 0.08, 0.15, 0.22, 0.3], 3)
+        t, x, _ = strokes(speeds, 0.12)
+    curve = coulomb_viscous(TRUTH["F_C"], TRUTH["F_V"])
+    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=11.0)
+    m = driven.simulate(TRUTH["M"], curve, curve, loop, t, x, driven.Extras(offset=2.0))._asdict()
+    m["acceleration"] = np.gradient(m["velocity"], m["t"])
+    if fault:
+        m["force"] = m["force"] + UNNAMED[fault][0](m)
+    m = sensors.noisy(m, "force", 0.4, rng, memory=memory)
+    m = sensors.noisy(m, "position", 2e-6, rng)
+    log = Recording(m["t"], m["position"], force=m["force"])
+    return identify(log, rig="forced", law="coulomb-viscous")
+
+
+def told(fit: Fit) -> list[str]:
+    return [w for w in fit.warnings if WORDS in w]
+
+
+@pytest.mark.parametrize("motion", ["strokes", "sines"])
+@pytest.mark.parametrize("fault", UNNAMED)
+def test_what_has_no_name_is_told_with_what_it_may_move(fault: str, motion: str) -> None:
+    fit = fitted(fault, motion)
+    assert fit.effects is not None
+    assert fit.effects.recurrence is not None
+    for e in fit.estimates:
+        wrong = e.name in TRUTH and not e.low <= TRUTH[e.name] <= e.high
+        if e.verdict == "identified" and wrong and abs(e.value / TRUTH[e.name] - 1) > 0.03:
+            (sentence,) = told(fit)
+            assert f"{e.name} by " in sentence
+
+
+def test_a_mass_that_is_two_masses_is_no_longer_silent() -> None:
+    """What it would take to make the force is as large as what the mass is off by."""
+    fit = fitted("load one way", "sines")
+    mass = next(e for e in fit.estimates if e.name == "M")
+    off = abs(mass.value - TRUTH["M"])
+    assert off > 1.0
+    assert mass.high - mass.value < off
+    (sentence,) = told(fit)
+    shown = float(sentence.split("M by ")[1].split()[0])
+    assert 0.5 * off < shown < 3.0 * off
+
+
+@pytest.mark.parametrize("memory", [0.0, 20.0, 60.0])
+@pytest.mark.parametrize("motion", ["strokes", "sines"])
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_does_not_come_back(seed: int, motion: str, memory: float) -> None:
+    """However long it remembers: it is predicted worse than by nothing."""
+    fit = fitted("", motion, seed, memory)
+    assert fit.effects is not None
+    assert fit.effects.looks  # it was looked at
+    assert fit.effects.recurrence is None
+    assert not told(fit)
