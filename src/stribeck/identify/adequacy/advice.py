@@ -131,8 +131,8 @@ def recurrence_violations(
     share = f"{100 * recurring.share:{'.0f' if recurring.share >= ROUND else '.2g'}}"
     sentence = (
         f"{share} % of the variance of the force that the model leaves comes back wherever "
-        "position, velocity and acceleration do: it leaves out something that no check names, as "
-        "a load that is carried one way, a place of more friction, or hysteresis of the force "
+        "position, velocity and acceleration do: it leaves out something that has no name here, "
+        "as a load that is carried one way, a place of more friction, or hysteresis of the force "
         f"sensor; so much force would move {' or '.join(off)}, and the intervals do not hold that"
     )
     return [Violation("model", sentence, caps=False)]

@@ -12,6 +12,7 @@ import numpy as np
 from ...rig.rig import shown_in, stem
 from ...space import Array, Param, Space
 from ..parameters import AT_END
+from .profile import Profile
 from .profile_walk import Ended
 from .residuals import Residuals, orders_of
 from .sensitivity import distinct, sentence
@@ -112,7 +113,8 @@ def estimates(
         spread: Their standard deviations over repeats, SI, nan where there are none, (dim,).
         errors: Standard errors to be shown in place of those of `uncertain`, SI, (dim,).
         ends: Which end of its range a parameter sits at, by name, if that is known; else what
-            lies within a thousandth of a range of its end counts as sitting there.
+            lies within a thousandth of a range of its end, and is not held off it by the data,
+            counts as sitting there.
         resting: On which other parameter one rests, by name: the law's order forbids it to pass,
             as F_S may not fall below F_C. Then nothing in the data asks for a difference.
         misfit: What the root mean square of the residuals is called.
@@ -134,7 +136,7 @@ def estimates(
         judged: tuple[Verdict, Reason] = ("not identifiable", "rests on another")
         if source not in resting:
             judged = verdict(profile, parameters.free[i])
-        at = range_end(value, param) if ends is None else _named(ends, param.name)
+        at = _stopped(value, param, profile) if ends is None else _named(ends, param.name)
 
         def show(x: float, q: Param = param, written: str = written) -> str:
             return f"{float(shown_in(parameters.rig, q, x)):.4g} {written}".rstrip()
@@ -188,6 +190,17 @@ def range_end(value: float, param: Param) -> Literal["lower", "upper"] | None:
     if place < AT_END:
         return "lower"
     return "upper" if place > 1.0 - AT_END else None
+
+
+def _stopped(value: float, param: Param, profile: Profile) -> Literal["lower", "upper"] | None:
+    """Which end of its search range stops a value, if one does.
+
+    One that the data hold off the end is not stopped by it, however near it is: a default range is
+    wide enough for a press.
+    """
+    at = range_end(value, param)
+    side = profile.low if at == "lower" else profile.high
+    return None if side.ended == "threshold" else at
 
 
 def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
