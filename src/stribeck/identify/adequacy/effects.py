@@ -21,7 +21,7 @@ from ...data.zero_phase import BLOCK
 from ...space import Array
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
 from .patterns import Kind, Pattern, Variable, carrier, patterns, tone, wave_shares
-from .recurrence import Recurrence, recurrence
+from .recurrence import SEEN, Recurrence, recurrence
 from .residual_rows import FEWEST, ROWS, ResidualRows, blocks
 from .reversals import CONCENTRATED, ROWS_BEHIND, behind_reversals, mark_of_reversals
 
@@ -168,10 +168,15 @@ def effects(rows: ResidualRows) -> Effects:
         result.append(replace(effect, shifts=shifts, size=float(np.sqrt(np.mean(gone**2)))))
         material = np.column_stack([material, pattern]) if shifts else material
         looks = _looks(remainder.rows, block, flips)
-    unnamed = None if rows.other is not None else Remainder(rows, material).rows
-    return Effects(
-        first, tuple(result), noise, None if unnamed is None else recurrence(unnamed, block)
-    )
+    return Effects(first, tuple(result), noise, _recurrence(rows, material, block))
+
+
+def _recurrence(rows: ResidualRows, columns: Array, block: NDArray[np.intp]) -> Recurrence | None:
+    """What recurs in what parameters and columns, (rows, k), leave of some of the rows."""
+    if rows.other is not None:
+        return None
+    some = np.arange(len(rows)) % max(len(rows) // SEEN, 1) == 0
+    return recurrence(Remainder(rows.rows(some), columns[some]).rows, block[some])
 
 
 def _with_what_sampling_leaves(rows: ResidualRows) -> ResidualRows:

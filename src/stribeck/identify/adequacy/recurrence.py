@@ -19,8 +19,10 @@ from .residual_rows import ResidualRows
 
 #: Neighbours that predict a row, and those among which they are looked for.
 NEIGHBOURS, AMONG = 16, 128
-#: Parts of the logs, and most rows that are looked at.
-PARTS, MOST = 12, 6000
+#: Parts of the logs, and about how many rows are looked at.
+PARTS, SEEN = 12, 6000
+#: Rows that are predicted at once.
+AT_ONCE = 500
 #: Directions are as far apart as so many standard deviations of a speed.
 APART = 4.0
 #: A residual recurs from this share of its variance on that is predicted. Noise alone is predicted
@@ -53,9 +55,8 @@ def recurrence(rows: ResidualRows, block: NDArray[np.intp]) -> Recurrence | None
         rows: Its rows, less what parameters and patterns explain.
         block: The block of each; blocks hardly know of each other.
     """
-    some = slice(None, None, max(len(rows) // MOST, 1))
-    residual, parts = rows.residual[some], (block * PARTS // (int(block.max()) + 1))[some]
-    predicted = _predicted(_states(rows)[some], residual, parts)
+    residual, parts = rows.residual, block * PARTS // (int(block.max()) + 1)
+    predicted = _predicted(_states(rows), residual, parts)
     has = np.isfinite(predicted)
     total = float(np.sum(residual[has] ** 2))
     if has.mean() < ENOUGH or not total > 0:
@@ -82,9 +83,13 @@ def _predicted(states: Array, residual: Array, parts: NDArray[np.intp]) -> Array
     """The mean residual of the nearest rows of parts that are not beside, nan without, (rows,)."""
     from scipy.spatial import KDTree  # noqa: PLC0415 - slow to import
 
-    _, near = KDTree(states).query(states, k=min(AMONG, len(states)))
-    allowed = np.abs(parts[near] - parts[:, None]) > 1
-    allowed &= np.cumsum(allowed, axis=1) <= NEIGHBOURS
-    count = allowed.sum(axis=1)
-    total = np.where(allowed, residual[near], 0.0).sum(axis=1)
-    return np.where(count >= NEIGHBOURS // 2, total / np.maximum(count, 1), np.nan)
+    tree, predicted = KDTree(states), np.empty(len(states))
+    for k in range(0, len(states), AT_ONCE):
+        some = slice(k, k + AT_ONCE)
+        _, near = tree.query(states[some], k=min(AMONG, len(states)))
+        allowed = np.abs(parts[near] - parts[some, None]) > 1
+        allowed &= np.cumsum(allowed, axis=1) <= NEIGHBOURS
+        count = allowed.sum(axis=1)
+        mean = np.where(allowed, residual[near], 0.0).sum(axis=1) / np.maximum(count, 1)
+        predicted[some] = np.where(count >= NEIGHBOURS // 2, mean, np.nan)
+    return predicted
