@@ -163,8 +163,10 @@ def _keep(rows: Sequence[Row], answers: Sequence[Answer]) -> None:
     if lacking := {jobs[job] for job in jobs.keys() - {(a["key"], a["seed"]) for a in done}}:
         raise SystemExit(f"rows or seeds are not done yet: {', '.join(sorted(lacking))}")
     judged = iter(summary(done)["rows"])
-    kept = zip(ROWS, run.read(run.RESULTS)["faults"]["found"]["rows"], strict=True)
-    run.renew("faults", totals([next(judged) if row.axis in axes else r for row, r in kept]))
+    found = run.read(run.RESULTS)["faults"]["found"]["rows"]
+    kept = {axis: iter([r for r in found if r["kind"] == axis]) for axis in {r.axis for r in ROWS}}
+    all_rows = [next(judged if row.axis in axes else kept[row.axis]) for row in ROWS]
+    run.renew("faults", totals(all_rows))
 
 
 def whole_page(results: dict[str, Any]) -> str:

@@ -90,6 +90,25 @@ def loaded(table: Table, channel: str, mass: float, at: float) -> Table:
     return table | {channel: table[channel] + pull * (table["t"] >= at)}
 
 
+def carried(table: Table, channel: str, mass: float) -> Table:
+    """A force with that of a mass besides, carried to the right and not back."""
+    pull = mass * np.gradient(table["velocity"], table["t"])
+    return table | {channel: table[channel] + pull * (table["velocity"] > 0.0)}
+
+
+def braked(table: Table, channel: str, size: float) -> Table:
+    """A force with friction besides that is there while the motion slows down."""
+    v, a = table["velocity"], np.gradient(table["velocity"], table["t"])
+    return table | {channel: table[channel] + size * np.sign(v) * (a * v < 0.0)}
+
+
+def pushed(table: Table, channel: str, size: float, low: float, high: float) -> Table:
+    """A force with one besides that acts between two positions, on the way to the right."""
+    x = table["position"]
+    acts = (x > low) & (x < high) & (table["velocity"] > 0.0)
+    return table | {channel: table[channel] + size * acts}
+
+
 def frozen(table: Table, channel: str, start: float, stop: float) -> Table:
     """The value at `start` until `stop`."""
     values, (i, j) = table[channel].copy(), np.searchsorted(table["t"], (start, stop))
