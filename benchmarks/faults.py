@@ -162,11 +162,17 @@ def _keep(rows: Sequence[Row], answers: Sequence[Answer]) -> None:
     done = [a for a in answers if (a["key"], a["seed"]) in jobs]
     if lacking := {jobs[job] for job in jobs.keys() - {(a["key"], a["seed"]) for a in done}}:
         raise SystemExit(f"rows or seeds are not done yet: {', '.join(sorted(lacking))}")
-    judged = iter(summary(done)["rows"])
     found = run.read(run.RESULTS)["faults"]["found"]["rows"]
-    kept = {axis: iter([r for r in found if r["kind"] == axis]) for axis in {r.axis for r in ROWS}}
-    all_rows = [next(judged if row.axis in axes else kept[row.axis]) for row in ROWS]
-    run.renew("faults", totals(all_rows))
+    judged = summary(done)["rows"] + [r for r in found if r["kind"] not in axes]
+    of_axis = {
+        axis: zip(
+            [row for row in ROWS if row.axis == axis],
+            [r for r in judged if r["kind"] == axis],
+            strict=True,
+        )
+        for axis in {row.axis for row in ROWS}
+    }
+    run.renew("faults", totals([next(of_axis[row.axis])[1] for row in ROWS]))
 
 
 def whole_page(results: dict[str, Any]) -> str:

@@ -14,6 +14,7 @@ from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import sines
 from stribeck import InputError, Recording, identify, read_card, select, validate
+from stribeck.identify.balance.velocity_source import velocity_scale
 
 CNC = Path(__file__).parents[2] / "shared" / "data" / "cnc" / "experiment_11.csv"
 
@@ -124,3 +125,18 @@ def test_a_velocity_of_the_positions_scale_is_not_told() -> None:
         assert "times that of the position" not in sentence(
             identify(log(2e-3, noise), rig="forced")
         )
+
+
+def test_one_speed_tells_no_scale() -> None:
+    """Position and way are straight lines over time then, and their ratio is that of noise."""
+    t = np.arange(0.0, 10.0, 1e-2)
+    rng = default_rng(3)
+    v = 0.02 + 1e-4 * rng.standard_normal(len(t))
+    steady = Recording(t, 0.02 * t + 1e-6 * rng.standard_normal(len(t)), velocity=v)
+    assert velocity_scale(steady) == 1.0
+    assert velocity_scale(log(2e-3, 1e-4)) == 1.0
+    faster = log(2e-3, 1e-4)
+    assert faster.velocity is not None
+    assert velocity_scale(replace(faster, velocity=1.1 * faster.velocity)) == pytest.approx(
+        1.1, rel=2e-3
+    )

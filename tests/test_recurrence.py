@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -13,34 +13,16 @@ from foreign.friction import coulomb_viscous
 from foreign.strokes import sines, strokes
 from stribeck import Recording, identify
 from stribeck.identify.result import Fit
-from stribeck.space import Array
 
 TRUTH = {"M": 12.0, "F_C": 18.0, "F_V": 70.0}
 WORDS = "comes back wherever position, velocity and acceleration do"
 
 
-def load_one_way(m: Mapping[str, Array]) -> Array:
-    """Four kilograms that are carried to the right and not back."""
-    return 4.0 * m["acceleration"] * (m["velocity"] > 0.0)
-
-
-def process(m: Mapping[str, Array]) -> Array:
-    """A tool that takes 8 N on a part of the way, one way."""
-    x = m["position"] - m["position"].min()
-    force: Array = 8.0 * ((x > 0.03) & (x < 0.08) & (m["velocity"] > 0.0))
-    return force
-
-
-def braking(m: Mapping[str, Array]) -> Array:
-    """Friction that is 4 N greater while the axis is braked."""
-    return 4.0 * np.sign(m["velocity"]) * (m["acceleration"] * m["velocity"] < 0.0)
-
-
-#: What is in the force besides, and the parameter that it moves most.
-UNNAMED: dict[str, tuple[Callable[[Mapping[str, Array]], Array], str]] = {
-    "load one way": (load_one_way, "M"),
-    "process force": (process, "F_C"),
-    "braking": (braking, "M"),
+#: What is in the force besides.
+UNNAMED: dict[str, Callable[[sensors.Table], sensors.Table]] = {
+    "load one way": partial(sensors.carried, channel="force", mass=4.0),
+    "process force": partial(sensors.pushed, channel="force", size=8.0, low=0.03, high=0.08),
+    "braking": partial(sensors.braked, channel="force", size=4.0),
 }
 
 
@@ -55,9 +37,7 @@ def fitted(fault: str, motion: str, seed: int = 0, memory: float = 0.0) -> Fit:
     curve = coulomb_viscous(TRUTH["F_C"], TRUTH["F_V"])
     loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=11.0)
     m = driven.simulate(TRUTH["M"], curve, curve, loop, t, x, driven.Extras(offset=2.0))._asdict()
-    m["acceleration"] = np.gradient(m["velocity"], m["t"])
-    if fault:
-        m["force"] = m["force"] + UNNAMED[fault][0](m)
+    m = UNNAMED[fault](m) if fault else m
     m = sensors.noisy(m, "force", 0.4, rng, memory=memory)
     m = sensors.noisy(m, "position", 2e-6, rng)
     log = Recording(m["t"], m["position"], force=m["force"])

@@ -91,14 +91,13 @@ def with_effects(
             for q, e, shift in zip(parameters.every, estimates, shifts, strict=True)
             if shift and max(e.high - e.value, e.value - e.low) > IDENTIFIED * abs(e.value)
         )
-        share = f"{100 * effect.share:{'.0f' if effect.share >= ROUND else '.2g'}}"
         moved = (
             f"; with that in the model {_changes(parameters, estimates, shifts)}, and the "
             "intervals contain that"
         )
         sentence = (
             f"the force that the model leaves over {description(parameters, effect)} "
-            f"({share} % of its variance){moved if effect.shifts else ''}: "
+            f"({_percent(effect.share)} of its variance){moved if effect.shifts else ''}: "
             f"{advice(parameters, effect, recordings)}"
         )
         violations.append(Violation("model", sentence, wide, caps=bool(wide)))
@@ -128,14 +127,18 @@ def recurrence_violations(
             off.append(f"{e.name} by {shown:.2g} {e.unit}".rstrip())
     if not off:
         return []
-    share = f"{100 * recurring.share:{'.0f' if recurring.share >= ROUND else '.2g'}}"
     sentence = (
-        f"{share} % of the variance of the force that the model leaves comes back wherever "
-        "position, velocity and acceleration do: it leaves out something that has no name here, "
-        "as a load that is carried one way, a place of more friction, or hysteresis of the force "
-        f"sensor; so much force would move {' or '.join(off)}, and the intervals do not hold that"
+        f"{_percent(recurring.share)} of the variance of the force that the model leaves comes "
+        "back wherever position, velocity and acceleration do: it leaves out something that has "
+        "no name here, as a load that is carried one way, a place of more friction, or hysteresis "
+        f"of the force sensor; so much force would move {' or '.join(off)}, and the intervals do "
+        "not hold that"
     )
     return [Violation("model", sentence, caps=False)]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:{'.0f' if share >= ROUND else '.2g'}} %"
 
 
 def _shift(parameters: Parameters, q: Param, effect: Effect) -> float:

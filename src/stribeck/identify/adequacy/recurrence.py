@@ -25,8 +25,8 @@ PARTS, SEEN = 12, 6000
 AT_ONCE = 500
 #: Directions are as far apart as so many standard deviations of a speed.
 APART = 4.0
-#: A residual recurs from this share of its variance on that is predicted. Noise alone is predicted
-#: worse than by nothing: at about less than 1 over the neighbours.
+#: A residual recurs from this share of its variance on that is predicted. Noise alone has one below
+#: 0, about -1 / NEIGHBOURS where it is white: it is predicted worse than by nothing.
 RECURS = 0.01
 #: Rows that have neighbours, as a share, of fewer nothing is said.
 ENOUGH = 0.5
@@ -38,13 +38,11 @@ class Recurrence:
 
     Args:
         share: Of its variance that other parts of the logs predict.
-        size: Root mean square of that, N (N m).
-        shifts: By how much each parameter would have to move to make a force of that size, beside
-            what the others make up for, SI, by name.
+        shifts: By how much each parameter would have to move to make as much force, root mean
+            square, beside what the others make up for, SI, by name.
     """
 
     share: float
-    size: float
     shifts: dict[str, float]
 
 
@@ -68,7 +66,7 @@ def recurrence(rows: ResidualRows, block: NDArray[np.intp]) -> Recurrence | None
     J = rows.jacobian
     C = np.linalg.pinv(np.einsum("im,in->mn", J, J) / len(J), hermitian=True)
     moves = size * np.sqrt(np.maximum(np.diag(C), 0.0))
-    return Recurrence(share, size, dict(zip(rows.names, moves.tolist(), strict=True)))
+    return Recurrence(share, dict(zip(rows.names, moves.tolist(), strict=True)))
 
 
 def _states(rows: ResidualRows) -> Array:

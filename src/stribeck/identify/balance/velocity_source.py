@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...rig.balanced import as_balanced
+from ...space import Array
 from ...wording import option
 from ..conditions import Violation
 from .balance import balance
@@ -29,27 +30,30 @@ BETTER = 0.8
 OFF, BEYOND = 0.03, 4.0
 
 
-def _scale(recording: Recording) -> float:
+def velocity_scale(recording: Recording) -> float:
     """The ratio of a recorded velocity to that of the position; 1 where it may be 1.
 
-    By what the velocity integrates to, less a steady part, over the position: that hangs on no
-    difference of the position, and on no lag or low pass of the velocity that is short beside a
-    stroke.
+    By what the velocity integrates to, over the position, a straight line over time taken off both:
+    that hangs on no difference of the position, on no zero of the velocity, and on no lag or low
+    pass that is short beside a stroke.
     """
     if recording.velocity is None:
         return 1.0
-    t, x, v = recording.t, recording.position, recording.velocity
+    t, v = recording.t, recording.velocity
     way = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
-    columns = np.array([x, t])
-    columns -= columns.mean(axis=1, keepdims=True)
-    way -= way.mean()
-    products = np.einsum("im,jm->ij", columns, columns)
-    if not np.linalg.det(products) > 0.0:
+    x, way = (_unsteady(t, y) for y in (recording.position, way))
+    if not (travel := float(np.sqrt(x @ x))) > 0.0:
         return 1.0
-    ratio, drift = np.linalg.solve(products, np.einsum("im,m->i", columns, way))
-    left = float(np.std(way - ratio * columns[0] - drift * columns[1]) / np.std(columns[0]))
-    off = abs(float(ratio) - 1.0)
-    return float(ratio) if off > max(OFF, BEYOND * left) else 1.0
+    ratio = float(x @ way) / travel**2
+    left = float(np.linalg.norm(way - ratio * x)) / travel
+    return ratio if abs(ratio - 1.0) > max(OFF, BEYOND * left) else 1.0
+
+
+def _unsteady(t: Array, y: Array) -> Array:
+    """What is left of a channel once a straight line over time is taken off, (N,)."""
+    t, y = t - t.mean(), y - y.mean()
+    line: Array = y - (t @ y) / (t @ t) * t
+    return line
 
 
 def with_velocity(
@@ -85,14 +89,15 @@ def with_velocity(
         f"force, with that of the position {by_position:.3g} %, and it is used below "
         f"{100 * BETTER:.0f} % of that; {option('velocity', other)} takes the other"
     )
-    scales = [_scale(log) for log in data.recordings]
-    if used and (off := max(scales, key=lambda ratio: abs(ratio - 1.0))) != 1.0:
+    if not used:
+        return parameters, (Violation("data", text, caps=False),)
+    off = max((velocity_scale(log) for log in data.recordings), key=lambda ratio: abs(ratio - 1.0))
+    if off != 1.0:
         text += (
             f"; but it is {off:.3g} times that of the position: where its scale is the wrong one, "
             "inertia and viscous friction are off by as much"
         )
-        return recorded, (Violation("data", text),)
-    return (recorded if used else parameters), (Violation("data", text, caps=False),)
+    return recorded, (Violation("data", text, caps=off != 1.0),)
 
 
 def _unexplained(parameters: Parameters, data: DataSplit) -> float:
