@@ -22,6 +22,7 @@ from stribeck.rig.lookup import rig_named
 from stribeck.rig.parts import PARTS, part_named
 from stribeck.rig.simulated import as_simulated
 from stribeck.space import Array
+from written_equation import acceleration
 
 LAW = LAWS["coulomb-viscous"]
 
@@ -191,7 +192,7 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         assert high - low < 0.3 * truth
     path = fit.report(tmp_path / "report.html")
     page = Path(path).read_text(encoding="utf-8")
-    assert "(m l² + m_arm l²/3) a = F" in page
+    assert "m l² a = F − m g l sin(q + q_offset) − F_f" in page
     axis_file.unlink()
     card = Card.model_validate(json.loads(fit.card().text()))
     assert card.kind == "composed"
@@ -273,7 +274,7 @@ def test_a_new_file_holds_what_it_says(stribeck: Callable[..., Completed], tmp_p
     assert shown.status == 0
     for words in (
         "F_m = n k_t clip",
-        "(m l² + m_arm l²/3) a = F",
+        "m l² a = F − m g l sin(q + q_offset) − k_spring (q − q_spring) − F_f",
         "k_spring (q",
         "parameters with",
     ):
@@ -412,3 +413,33 @@ def test_a_setting_that_nobody_states_is_not_called_given() -> None:
         )
         (tolerance,) = (c for c in rig.constants if c.name == "tolerance")
         assert (tolerance.source == "given") == bool(more)
+
+
+@pytest.mark.parametrize("name", [n for n, a in AXES.items() if a[0]["controller"] != "cascade"])
+def test_the_equation_that_a_rig_shows_is_the_one_that_is_simulated(name: str) -> None:
+    """Evaluated as it is written, along a motion that has nothing to do with it."""
+    choice, loads, stated, rotary, inputs = AXES[name]
+    values = {n: x for n, x in stated.items() if n != "hold"}
+    rig = rig_of(choice, loads, values, rotary)
+    q, v, a = 0.02 * np.sin(9.0 * t), 3.0 * np.cos(5.0 * t), 60.0 + 40.0 * np.sin(7.0 * t)
+    log = Recording(
+        t=t, position=q, command=inputs.get("goal"), rotary=rotary, voltage=inputs.get("added"),
+        extra={"command_velocity": inputs["goal_velocity"]} if "goal_velocity" in inputs else {},
+    )  # fmt: skip
+    track = rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))
+    p = np.array([[0.0 if q.name in ("F_C", "F_V") else values[q.name]
+                   for q in rig.parameters(LAW)]])  # fmt: skip
+    free = rig.imbalance(LAW, p, track, (q, v, np.zeros(len(t))))
+    held = rig.imbalance(LAW, p, track, (q, v, a))
+    assert free is not None
+    assert held is not None
+    letters = values | {
+        "command": inputs.get("goal", 0.0), "feed_forward": 0.0, "demand": inputs.get("added"),
+        "command_velocity": inputs.get("goal_velocity", 0.0), "q": q, "v": v, "F_f": 0.0,
+    }  # fmt: skip
+    text = rig.equation(LAW).text.split(";  ")
+    if choice["controller"] != "none":
+        del letters["demand"]
+    np.testing.assert_allclose(
+        acceleration(text, letters), (free * a / (free - held))[0], rtol=1e-6, atol=1e-9
+    )

@@ -82,7 +82,7 @@ def test_a_rig_is_loaded_when_it_is_taken() -> None:
 @pytest.mark.parametrize(
     ("side", "sign", "absent"),
     [("load", "F_f is friction", "F_f,m"), ("motor", "F_f,m is friction", "− F_f\n"),
-     ("both", "F_f and F_f,m are friction", "")],
+     ("both", "F_f is friction of the load, F_f,m of the motor", "")],
 )  # fmt: skip
 def test_two_masses_have_the_friction_of_their_sides(
     side: str, sign: str, absent: str, capsys: pytest.CaptureFixture[str]

@@ -19,6 +19,7 @@ from stribeck.rig.simulated import as_simulated
 from stribeck.rig.two_masses import TwoMassRig
 from stribeck.space import Array
 from two_mass_axes import FORCE, GAINS, GOAL, SERVO, moved, rig_of, started, t
+from written_equation import acceleration
 
 LAW = LAWS["coulomb-viscous"]
 AXES: dict[str, tuple[dict[str, float], str, dict[str, Array]]] = {
@@ -28,6 +29,12 @@ AXES: dict[str, tuple[dict[str, float], str, dict[str, Array]]] = {
     "play in a loop": (SERVO | GAINS, "coulomb-viscous", {"goal": GOAL}),
     "play and a lossy gear": (SERVO | {"eta": 0.8, "eta_back": 0.6}, "coulomb-viscous",
                               {"force": FORCE}),
+    "behind a gear": (SERVO | {"ratio": 5.0, "armature": 0.1}, "coulomb-viscous",
+                      {"force": 0.2 * FORCE}),
+    "a loop behind a gear": (
+        SERVO | {"ratio": 5.0, "armature": 0.1, "kp": 4e3, "kd": 60.0}, "coulomb-viscous",
+        {"goal": GOAL},
+    ),
     "a load that sticks and jumps": (
         SERVO | GAINS | {"stiffness": 4e4, "F_S": 60.0, "v_SS": 5e-3, "F_S_motor": 10.0,
                          "v_SS_motor": 5e-3, "exponent": 2.0, "exponent_motor": 2.0},
@@ -41,8 +48,11 @@ def test_two_masses_are_their_equations(name: str) -> None:
     """Plain steps come nearer and nearer, in proportion to their length."""
     values, law, inputs = AXES[name]
     motor, load = moved(rig_of(values, law), values, **inputs)
-    drive = {"drive" if n == "force" else n: x for n, x in inputs.items()}
-    stated = {"M_m": values["armature"], **values}
+    n = values.get("ratio", 1.0)
+    drive = {"drive" if name == "force" else name: x for name, x in inputs.items()}
+    drive |= {"drive": n * drive["drive"]} if "drive" in drive else {}
+    stated = {"M_m": n * n * values["armature"], **values}
+    stated |= {name: n * values[name] for name in GAINS if name in values}
     errors = []
     for sub in (50, 400, 3200):
         known_motor, known_load = plain_steps.simulate(stated, t, sub, **drive)
@@ -363,3 +373,41 @@ def test_a_unit_does_not_call_itself_one_friction_alone() -> None:
     assert model.side
     assert model.side not in " ".join(model.head(whole=True))
     assert export(model, "json").notes == ()
+
+
+@pytest.mark.parametrize("by_load", [0.0, 1.0])
+def test_the_equations_that_are_shown_are_those_that_are_simulated(by_load: float) -> None:
+    """Those of both masses, evaluated as they are written along their motion."""
+    values = {
+        "kp": 900.0, "kd": 40.0, "armature": 0.3, "M": 5.0, "offset": 3.0, "k_spring": 400.0,
+        "q_spring": 0.01, "ratio": 3.0, "stiffness": 6e3, "damping": 30.0, "cog_order": 8.0,
+        "cog_cos": 1.0, "cog_sin": -2.0, "by_load": by_load,
+    }  # fmt: skip
+    tables: dict[str, dict[str, tuple[str, ...]]] = {
+        "controller": {"damped": ("kp", "kd")},
+        "motor": {"force": ("armature",)},
+        "transmission": {"compliant": ("ratio", "stiffness", "damping")},
+        "load": {"mass": ("M", "offset"), "spring": ("k_spring", "q_spring"),
+                 "motor-ripple": ("cog_order", "cog_cos", "cog_sin")},
+        "sensor": {"motor": (), "load": ("by_load",)},
+    }  # fmt: skip
+    table: dict[str, Any] = {
+        role: {name: {n: values[n] for n in names} for name, names in parts.items()}
+        for role, parts in tables.items()
+    }
+    rig = composed_axis(table | {"tolerance": 1e-3}, "test")
+    assert isinstance(rig, TwoMassRig)
+    none = np.zeros((1, len(rig.parameters(LAW))))
+    motor, load = rig.sides(LAW, none, started(rig, goal=GOAL))
+    (q_m, v_m), (q, v) = ((side.position[0], side.velocity[0]) for side in (motor, load))
+    T = values["stiffness"] * (q_m - q) + values["damping"] * (v_m - v)
+    letters = values | {
+        "q": q, "v": v, "q_m": q_m, "v_m": v_m, "T": T, "command": GOAL, "feed_forward": 0.0,
+        "zero": 0.0, "F_f": 0.0, "F_f,m": 0.0,
+    }  # fmt: skip
+    lines = rig.equation(LAW).text.split(";  ")
+    for inertial, speed in (("a", v), ("a_m", v_m)):
+        differences = np.gradient(speed, t)
+        expected = acceleration(lines, letters, inertial)
+        off = np.abs(differences - expected)[5:-5]
+        assert off.max() < 0.02 * np.ptp(differences)

@@ -32,7 +32,10 @@ def rig_of(values: dict[str, float], law: str = "coulomb-viscous", **changed: An
     parts = {
         "controller": ("damped", ("kp", "kd")) if commanded else ("none", ()),
         "motor": ("force", ("armature",)),
-        "transmission": ("compliant", ("stiffness", "damping", "play", "start", "eta", "eta_back")),
+        "transmission": (
+            "compliant",
+            ("ratio", "stiffness", "damping", "play", "start", "eta", "eta_back"),
+        ),
         "load": ("mass", ("M", "offset")),
     }
     table: dict[str, Any] = {

@@ -124,7 +124,7 @@ def show_methods(name: str | None) -> None:
 
 def show_parts() -> None:
     """List the parts that an axis is composed of, with their equations."""
-    rows = [[p.role, p.name, p.doc, p.equation] for p in PARTS.values()]
+    rows = [[p.role, p.name, p.doc, p.contribution] for p in PARTS.values()]
     heads = ["role", "part", "what it is", "equation"]
     show_table(Table.of_texts("", heads, rows, labels=range(4)))
 

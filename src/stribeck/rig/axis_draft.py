@@ -92,7 +92,7 @@ def _needed(part: Part, parts: Sequence[Part]) -> Part:
 def _part(part: Part) -> Iterable[str]:
     """The table of a part: what it is, its equation, and its coefficients."""
     yield f"[{part.role}.{part.name}]  # {part.doc}"
-    yield f"# {part.equation}"
+    yield f"# {part.contribution}"
     for c in part.coefficients:
         stated = f"{c.name} = {_value(c)}"
         words = f"{c.doc}{f', in {c.unit}' if c.unit else ''}"

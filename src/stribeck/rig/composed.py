@@ -30,6 +30,7 @@ from .motion.drives import (
     rows,
 )
 from .parts.axis_of_parts import assembled, in_units, motor_turns
+from .parts.motion_equation import motion_equations
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ class ComposedRig(SteppedRig):
         """Its parts in the order in which power flows."""
         blocks = tuple(
             Block(
-                p.role, p.name, p.doc, p.equation,
+                p.role, p.name, p.doc, p.contribution,
                 tuple(c.name for c in p.coefficients if c.constant is not None),
             )
             for p in self.parts
@@ -260,12 +261,16 @@ class ComposedRig(SteppedRig):
         own = {c.name for p in self.parts for c in p.coefficients}
         return Equation(
             AXIS,
-            ";  ".join(p.equation for p in self.parts),
+            ";  ".join(self.equations()),
             self._simulator_inputs(),
             tuple(c.name for c in self.constants if c.name in own),
             self.coefficients,
             own_step=True,
         )
+
+    def equations(self) -> tuple[str, ...]:
+        """The equation of motion that its parts make; see `motion_equations`."""
+        return motion_equations(self.parts)
 
     def _simulator_inputs(self) -> tuple[Input, ...]:
         """What a simulator has to tell the axis."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +20,8 @@ from .equation import Equation
 from .motion.coupling import LOAD_ROW, MOTOR_ROW, ZERO, CouplingConstants, coupled_row
 from .motion.drives import TWO_MASSES, rows
 from .motion.track import SideReading, Track, prefix_sums
-from .parts.axis_of_parts import assembled, completed, contributions
+from .parts.axis_of_parts import completed, contributions, mass_row
+from .parts.motion_equation import Side, coupled_equations
 from .rig import Motion
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from .controller import Controller
     from .parts import Part
 
-Side = Literal["load", "motor", "both"]
 #: Sensors of one side each, and what a column with the motor's position is called.
 SIDES = ("motor", "load")
 MOTOR_POSITION = "motor_position"
@@ -61,13 +61,12 @@ _ZERO = (
 _START = "where in the play the motor is at a start at rest, −1 to 1"
 #: Which signs are friction, and of what, by the side that has one.
 _FRICTIONS = {
-    "load": ("F_f is friction", "F_f the friction of the load"),
-    "motor": ("F_f,m is friction", "F_f,m the friction, on the motor's side"),
-    "both": (
-        "F_f and F_f,m are friction",
-        "F_f the friction of the load, F_f,m that of the motor's side",
-    ),
+    "load": "F_f is friction",
+    "motor": "F_f,m is friction, on the motor's side",
+    "both": "F_f is friction of the load, F_f,m of the motor's side",
 }
+#: A controller reads the position of the load above it.
+_BY_LOAD = 0.5
 #: What a sensor's steps are as noise, root mean square.
 _STEP = 12.0**-0.5
 
@@ -151,8 +150,8 @@ class TwoMassRig(ComposedRig):
             roles["motor" if of_motor else role].append(part)
         # What no motor is asked for is no force.
         motor, load = (
-            assembled(roles[side], values, **fields)
-            for side, fields in (("motor", {}), ("load", {"force_limit": 0.0}))
+            mass_row(roles[mass], values, **fields)
+            for mass, fields in (("motor", {}), ("load", {"force_limit": 0.0}))
         )
         coupling = CouplingConstants(**contributions(values, roles["transmission"]))
         return coupled_row(coupling, motor, load)
@@ -334,8 +333,6 @@ class TwoMassRig(ComposedRig):
     def equation(self, law: Law) -> Equation:
         """The parts and what drives them."""
         one = super().equation(law)
-        signs, where = _FRICTIONS[self.friction_side]
-        absent = {"load": r" − F_f,m", "motor": r" − F_f(?!,)"}.get(self.friction_side, r"(?!)")
         further = []
         if self.commanded and self.encoders == "both":
             zero = self.stated_zero or 0.0
@@ -346,12 +343,17 @@ class TwoMassRig(ComposedRig):
         return replace(
             one,
             drive=TWO_MASSES,
-            text=f"{re.sub(absent, '', one.text)};  {where}",
-            friction=signs,
+            friction=_FRICTIONS[self.friction_side],
             constants=tuple(n for n in one.constants if n not in READING),
             coefficients=self._read_coefficients,
             further=tuple(further),
         )
+
+    def equations(self) -> tuple[str, ...]:
+        """Those of both masses."""
+        of_motor = "(q_m + zero)" if self.encoders == "both" else "q_m"
+        read = "q" if self._value("by_load", 0.0) > _BY_LOAD else of_motor
+        return coupled_equations(self.parts, friction=self.friction_side, read=read)
 
     def _read_coefficients(self, values: Mapping[str, Any]) -> tuple[Any, ...]:
         """The same as `coupled_coefficients`, with the zero of the motor's encoder."""

@@ -44,7 +44,7 @@ def _part(part: Part) -> dict[str, Any]:
         "role": part.role,
         "name": part.name,
         "doc": part.doc,
-        "equation": part.equation,
+        "equation": part.contribution,
         "rotary": part.rotary,
         "coefficients": [
             {

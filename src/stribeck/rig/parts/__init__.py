@@ -2,7 +2,8 @@
 
 `controllers` ask `motors` for a demand, `transmissions` pass their force on to `loads`, among them
 `ripple`, `sensors` read the position, with a `lead_error`; `part` is what all of them are,
-`axis_of_parts` the row of constants by which an axis of them is stepped.
+`axis_of_parts` the row of constants by which an axis of them is stepped, `motion_equation` its
+equation of motion.
 """
 
 from collections.abc import Mapping

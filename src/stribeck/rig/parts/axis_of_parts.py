@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ..motion.axis_row import axis_row
@@ -48,7 +48,17 @@ def assembled(parts: Iterable[Part], values: Mapping[str, Any], **fields: Any) -
         fields: Of `AxisConstants`, in place of those that the parts make.
     """
     parts = tuple(parts)
-    values = completed(parts, values)
+    return mass_row(parts, completed(parts, values), **fields)
+
+
+def mass_row(parts: Sequence[Part], values: Mapping[str, Any], **fields: Any) -> tuple[Any, ...]:
+    """The row of constants of some parts of an axis, as `assembled` makes that of all.
+
+    Args:
+        parts: Those that act on one of its masses.
+        values: Of the whole axis, as `completed` makes them: the gear is none of these parts.
+        fields: As of `assembled`.
+    """
     stages = (part.stage(values) for part in parts)
     constants = AxisConstants(**{**contributions(values, parts), **fields})
     return axis_row(constants, [stage for stage in stages if stage is not None])

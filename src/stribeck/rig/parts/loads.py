@@ -30,7 +30,8 @@ MASS = Part(
     name="mass",
     role="load",
     doc="a mass, or a moment of inertia, and a constant force",
-    equation="M a = F − offset − F_f",
+    inertia={"M": "M"},
+    forces={"offset": "− offset"},
     coefficients=(
         Coefficient("M", "kg", "moving mass", lower=1e-3, upper=1e4, log=True, symbol="M",
                     rotary="kg m**2", positive=True),
@@ -46,7 +47,8 @@ INERTIA = Part(
     name="inertia",
     role="load",
     doc="a moment of inertia with gravity in any direction",
-    equation="J a = F − g_sin sin q − g_cos cos q − g_0 − F_f",
+    inertia={"J": "J"},
+    forces={"g_sin": "− g_sin sin q", "g_cos": "− g_cos cos q", "g_0": "− g_0"},
     coefficients=(
         Coefficient("J", "kg m**2", "moment of inertia about the axis", lower=1e-6, upper=1e4,
                     log=True, symbol="J", positive=True),
@@ -65,7 +67,10 @@ PENDULUM = Part(
     name="pendulum",
     role="load",
     doc="a weight at the end of a uniform arm",
-    equation="(m l² + m_arm l²/3) a = F − (m + m_arm/2) g l sin(q + q_offset) − F_f",
+    inertia={"m": "m l²", "m_arm": "m_arm l²/3"},
+    forces={
+        "m": "− m g l sin(q + q_offset)", "m_arm": "− m_arm g l/2 sin(q + q_offset)",
+    },
     coefficients=(
         Coefficient("m", "kg", "mass at the end of the arm", lower=0.0, upper=1e3, least=0.0),
         Coefficient("l", "m", "its distance from the shaft", lower=1e-3, upper=10.0,
@@ -88,7 +93,7 @@ SPRING = Part(
     name="spring",
     role="load",
     doc="a spring between the load and the frame",
-    equation="− k_spring (q − q_spring)",
+    forces={"k_spring": "− k_spring (q − q_spring)"},
     coefficients=(
         Coefficient("k_spring", "N/m", "its stiffness", lower=1e-3, upper=1e9, log=True,
                     rotary="N m/rad", symbol="k"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,13 @@ _ARMATURE = Coefficient(
     "armature", "kg", "inertia of the rotor, at the motor's shaft", 0.0, 0.0, 1e4,
     rotary="kg m**2", symbol="J_a", least=0.0, at_motor=True,
 )  # fmt: skip
-_FRICTION = Coefficient("F_fm", "N", "Coulomb friction of the motor, at the load", 0.0, 0.0, 1e4,
-                        rotary="N m", least=0.0)  # fmt: skip
+_FRICTION = Coefficient(
+    "F_fm", "N", "what the motor loses of its force, at the load: none of it comes through below",
+    0.0, 0.0, 1e4, rotary="N m", least=0.0,
+)  # fmt: skip
+#: What of them every motor contributes.
+_LOST = MappingProxyType({"F_fm": ", of which clip(F_m, ±F_fm) is lost"})
+_INERTIA = MappingProxyType({"armature": "n² armature"})
 _TORQUE_CONSTANT = Coefficient("k_t", "N/A", "force per ampere", lower=1e-4, upper=1e3, log=True,
                                rotary="N m/A", positive=True, symbol="k_t",
                                at_motor=True)  # fmt: skip
@@ -49,6 +55,8 @@ FORCE = Part(
     role="motor",
     doc="an ideal one: the demand is its force or torque",
     equation="F_m = clip(n demand, ±n F_max)",
+    clauses=_LOST,
+    inertia=_INERTIA,
     coefficients=(
         Coefficient("F_max", "N", "largest force of the motor", np.inf,
                     rotary="N m", positive=True, at_motor=True),
@@ -65,6 +73,8 @@ CURRENT = Part(
     role="motor",
     doc="behind a current loop: the demand is its current",
     equation="F_m = n k_t clip(demand, ±I_max)",
+    clauses=_LOST,
+    inertia=_INERTIA,
     coefficients=(_TORQUE_CONSTANT, _CURRENT_LIMIT, _ARMATURE, _FRICTION),
     terms=lambda values: _terms(_per_ampere(values) * values["I_max"], values),
     function=driving,
@@ -77,6 +87,8 @@ VOLTAGE = Part(
     role="motor",
     doc="at a voltage: with a winding, the voltage that it induces, and a largest current",
     equation="F_m = n k_t clip((demand − n k_t v)/R, ±I_max)",
+    clauses=_LOST,
+    inertia=_INERTIA,
     coefficients=(
         _TORQUE_CONSTANT,
         Coefficient("R", "ohm", "resistance of the winding", lower=1e-2, upper=1e3, log=True,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal, Self
 
@@ -147,8 +147,11 @@ class Part:
         name: What a file calls it.
         role: What it is of an axis.
         doc: What it is, in a line.
-        equation: What it contributes, in the letters of its coefficients.
         coefficients: Its quantities.
+        equation: What it says of demands, forces and readings, in the letters of its coefficients.
+        clauses: What follows that where a coefficient is stated.
+        inertia: Its terms of the inertia at the load, by the coefficient without which each is 0.
+        forces: Its terms of the balance of forces at the load, with their signs, likewise.
         terms: What they make of the fields of `AxisConstants`, of all values of the axis by name,
             with `ratio`, the motor's speed over the load's: plain arithmetic, of floats, of arrays,
             or of symbols of another language. The inertias M of parts add up.
@@ -170,8 +173,11 @@ class Part:
     name: str
     role: Role
     doc: str
-    equation: str
     coefficients: tuple[Coefficient, ...]
+    equation: str = ""
+    clauses: Mapping[str, str] = field(default_factory=dict)
+    inertia: Mapping[str, str] = field(default_factory=dict)
+    forces: Mapping[str, str] = field(default_factory=dict)
     terms: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda values: {}  # noqa: ARG005 - nothing of the axis as a whole
     function: PartFunction | None = None
     constants: Callable[[Mapping[str, Any]], Sequence[Any]] = lambda values: ()  # noqa: ARG005 - none
@@ -196,6 +202,21 @@ class Part:
         names = ", ".join(c.name for c in self.coefficients) or "none"
         raise InputError(f"{self.role}.{self.name} has no {name!r}: it has {names}")
 
+    @property
+    def contribution(self) -> str:
+        """All that it contributes to an equation of motion, in words and signs."""
+        texts = [self.equation + "".join(self.clauses.values())]
+        forces = " ".join(self.forces.values())
+        if self.role == "load" and self.inertia:
+            texts.insert(0, f"{summed(self.inertia.values())} a = F {forces} − F_f")
+        else:
+            texts = [forces, *texts, *(f"inertia {term}" for term in self.inertia.values())]
+        return "; ".join(text for text in texts if text)
+
+    def stated(self, name: str) -> bool:
+        """Whether an axis states one of its coefficients, or identifies it."""
+        return self[name].constant is not None or self[name].identified
+
     def stage(self, values: Mapping[str, Any]) -> Stage | None:
         """The part as it acts, of the values of the axis; None where it has no physics."""
         if self.function is None:
@@ -213,3 +234,9 @@ class Part:
         for name in by_name:
             self[name]
         return replace(self, coefficients=tuple(by_name.get(c.name, c) for c in self.coefficients))
+
+
+def summed(terms: Iterable[str]) -> str:
+    """A sum of terms as a factor."""
+    text = " + ".join(terms)
+    return f"({text})" if " + " in text else text

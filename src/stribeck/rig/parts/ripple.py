@@ -27,8 +27,11 @@ RIPPLE = Part(
     name="ripple",
     role="load",
     doc="a force that repeats itself over the position of the load, with its second harmonic",
-    equation="− rip_cos cos x − rip_sin sin x − rip_cos2 cos 2x − rip_sin2 sin 2x, "
-    "x = 2π q / rip_period",
+    equation="x = 2π q / rip_period",
+    forces={
+        "rip_cos": "− rip_cos cos x", "rip_sin": "− rip_sin sin x",
+        "rip_cos2": "− rip_cos2 cos 2x", "rip_sin2": "− rip_sin2 sin 2x",
+    },
     coefficients=(
         Coefficient("rip_period", "m", "way after which it repeats itself", lower=1e-4, upper=10.0,
                     log=True, rotary="rad", positive=True),
@@ -56,7 +59,9 @@ MOTOR_RIPPLE = Part(
     name="motor-ripple",
     role="load",
     doc="cogging of the motor: a torque that repeats itself so many times in each of its turns",
-    equation="− n (cog_cos cos(cog_order n q) + cog_sin sin(cog_order n q))",
+    forces={
+        "cog_cos": "− n cog_cos cos(cog_order n q)", "cog_sin": "− n cog_sin sin(cog_order n q)",
+    },
     coefficients=(
         Coefficient("cog_order", "", "periods in a turn of the motor (in 2π m of a linear one)",
                     lower=1.0, upper=1000.0, log=True, positive=True),

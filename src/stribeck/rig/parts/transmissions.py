@@ -35,7 +35,7 @@ RIGID = Part(
     name="rigid",
     role="transmission",
     doc="none: the motor's shaft is the axis",
-    equation="n = 1",
+    equation="n = 1, F = F_m",
     coefficients=(),
 )
 
@@ -82,9 +82,9 @@ COMPLIANT = Part(
     name="compliant",
     role="transmission",
     doc="a spring with a damper and play between a motor and a load that both have inertia",
-    equation="F = eta T where it drives the load, T / eta_back where it brakes it; T = k s + d s' "
-    "at a flank, 0 between them; q_m − q = s + b, |b| ≤ play/2; "
-    "n = ratio; n² armature a_m = F_m − T − F_f,m",
+    equation="F = eta T where it drives the load, T / eta_back where it brakes it; "
+    "T = stiffness s + damping s' at a flank, 0 between them; q_m − q = s + b, |b| ≤ play/2; "
+    "n = ratio",
     coefficients=(
         Coefficient("ratio", "", "turns (way) of the motor for one of the load", 1.0, 1e-3, 1e4,
                     True, positive=True),
