@@ -137,7 +137,7 @@ IDENTIFY = [
     (["up.csv", "--set", "F_fm=inf"], ["--set F_fm", "finite"]),
     (["up.csv", "--set", "ramp_speed=nan"], ["--set ramp_speed", "finite"]),
     (["up.csv", "--set", "F_fm="], ["--set", "NAME=VALUE"]),
-    (["up.csv", "--set", "m=-1"], ["m = -1", "cannot be simulated"]),
+    (["up.csv", "--set", "m=-1"], ["m = -1 kg", "above zero"]),
     (["up.csv", "--set", "F_S=30"], ["F_S = 30", "physical"]),
     (["up.csv", "--set", "F_S=1", "--set", "F_S=2"], ["--set", "F_S", "twice"]),
     (["up.csv", "--set", "F_S=150", "--bounds", "F_S=1:200"], ["F_S", "not two"]),
@@ -299,7 +299,7 @@ CARDS: list[tuple[Callable[[Any], object], list[str]]] = [
     (_parameter("k_spring", value=1e308), ["k_spring", "finite"]),
     (lambda c: c.update(constants={"nope": {"value": 1.0, "unit": "kg"}}), ["'nope'", "F_fm"]),
     (lambda c: c.update(constants={"m": {"value": 1.0, "unit": "mm"}}), ["m", "'mm'", "'kg'"]),
-    (lambda c: c.update(constants={"m": {"value": -1.0, "unit": "kg"}}), ["m = -1"]),
+    (lambda c: c.update(constants={"m": {"value": -1.0, "unit": "kg"}}), ["m = -1 kg"]),
     (lambda c: c.update(columns={"position": "nope"}), ["up.csv", "'nope'"]),
     (lambda c: c.update(columns={"nope": "position_mm"}), ["'nope'", "position"]),
 ]

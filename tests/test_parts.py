@@ -19,8 +19,9 @@ from stribeck.rig.axis_draft import axis_draft
 from stribeck.rig.axis_table import composed_axis
 from stribeck.rig.composed import ComposedRig, settings
 from stribeck.rig.lookup import rig_named
-from stribeck.rig.parts import PARTS, part_named
+from stribeck.rig.parts import PARTS, Part, part_named
 from stribeck.rig.simulated import as_simulated
+from stribeck.rig.two_masses import SIDES, TwoMassRig
 from stribeck.space import Array
 from written_equation import acceleration
 
@@ -237,9 +238,35 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         (
             "[columns]",
             "[shows]\nposition = 'kg'\n[columns]",
-            "'kg' is not the unit of a position",
+            "'kg' is not a unit of rad",
         ),
+        ("[columns]", "[shows]\nspeed = 'rpm'\n[columns]", "shows.speed: there is position, .*F_C"),
+        ("[columns]", "[shows]\nF_C = 'm'\n[columns]", "shows.F_C: 'm' is not a unit of N m"),
         ('law = "coulomb-viscous"', 'law = "glue"', "no law 'glue'"),
+        ("l = 0.2", "l = -1", "load.pendulum.l = -1 must be above zero"),
+        ("l = 0.2", 'l = "-0.2±0.1"', "load.pendulum.l = -0.2 must be above zero"),
+        ("l = 0.2", 'l = { column = "l", value = -1.0 }', "l = -1 must be above zero"),
+        ("l = 0.2", 'l = "0.2 kg"', "load.pendulum.l: '0.2 kg': it is in m"),
+        ("l = 0.2", "l = { free = [1e-320, 1e-310] }", "no number to search with"),
+        ("kd = 0.3", "kd = 0.3\nhold = 7", r"damped.hold = 7 must be 0, 1 or 2 \(1: demand held"),
+        ("kd = 0.3", 'kd = "0.3 N"', "damped.kd: '0.3 N': it is a number alone: demand per veloc"),
+        (
+            "[load.pendulum]",
+            "[sensor.encoder]\nresolution = 1e-3\n[load.pendulum]",
+            "resolution = 0.001: one that reads the steps of an encoder is sampled: .* hold = 1",
+        ),
+        ("[controller.damped]", "[controller.pwm]\nvin = 5\nduty = 1", "pwm.* no 'kd'"),
+        ("[load.pendulum]\nm = 0.4\nl = 0.2", "[load.spring]", "nothing of it has an inertia"),
+        (
+            "[columns]",
+            "[inputs]\nenabled = 'on'\nexternal = 'on'\n[columns]",
+            "inputs.external: column 'on' is that of enabled already",
+        ),
+        (
+            "[columns]",
+            "[inputs]\ngoal_velocity = 'v'\n[columns]",
+            "inputs.goal_velocity: nothing of this axis reads it",
+        ),
         (
             "[columns]",
             "[inputs]\nlamp = 'x'\n[columns]",
@@ -297,6 +324,10 @@ def test_every_part_stands_in_a_draft_that_is_read(rotary: bool) -> None:
     for role, parts in chosen.items():
         for part in parts:
             axis = [part if role == other else named[0] for other, named in chosen.items()]
+            if part.drive == "voltage":
+                axis[1] = part_named("motor", "voltage")
+            if role == "load" and not part.inertia:
+                axis.append(part_named("load", "mass"))
             table = tomllib.loads(axis_draft(axis, rotary=rotary))
             rig = composed_axis(table, "axis")
             assert {c.name for c in part.coefficients if c.idle is None} <= {
@@ -443,3 +474,74 @@ def test_the_equation_that_a_rig_shows_is_the_one_that_is_simulated(name: str) -
     np.testing.assert_allclose(
         acceleration(text, letters), (free * a / (free - held))[0], rtol=1e-6, atol=1e-9
     )
+
+
+def test_a_servo_that_sets_a_voltage_drives_a_motor_that_takes_one() -> None:
+    table: dict[str, Any] = {
+        "controller": {"pwm": {}},
+        "motor": {"current": {}},
+        "load": {"mass": {}},
+    }
+    with pytest.raises(InputError, match=r"pwm sets a voltage, and motor\.current takes"):
+        composed_axis(table, "axis")
+
+
+def test_a_value_of_an_axis_file_may_have_its_unit() -> None:
+    table: dict[str, Any] = {
+        "load": {"mass": {"M": "2500 g ± 10 %"}},
+        "motor": {"force": {"F_max": "0.2 kN"}},
+    }
+    rig = composed_axis(table, "axis")
+    stated = {c.name: c for c in rig.constants}
+    assert stated["M"].value == pytest.approx(2.5)
+    assert stated["M"].tolerance == pytest.approx(0.25)
+    assert stated["F_max"].value == pytest.approx(200.0)
+
+
+def _stated(part: Part, changed: str = "") -> dict[str, float]:
+    """A value of each coefficient of a part that is not its idle one; another of one of them."""
+    values = {}
+    for c in part.coefficients:
+        value = 1.0 if c.choices else 0.8 * (c.idle if c.idle and 0 < c.idle < np.inf else 1.0)
+        other = next((choice for choice in reversed(c.choices) if choice != value), 0.9 * value)
+        values[c.name] = other if c.name == changed else value
+    return values
+
+
+@pytest.mark.parametrize("masses", [1, 2])
+@pytest.mark.parametrize("key", PARTS, ids=".".join)
+def test_no_coefficient_of_a_part_is_idle(key: tuple[str, str], masses: int) -> None:
+    """Another value makes another axis, whatever else it is made of."""
+    role, name = key
+    part, two = PARTS[key], masses > 1
+    of_two = name in ("compliant", *(SIDES if role == "sensor" else ()))
+    if (two and (role == "transmission" or name == "lead-error") and not of_two) or (
+        of_two and (not two or key == ("sensor", "motor"))  # how that reads is tested apart
+    ):
+        return
+    rotary = bool(part.rotary)
+    axis: dict[str, dict[str, dict[str, float]]] = {
+        "controller": {"pd": {"hold": 1.0}}, "motor": {"current": {}},
+        "transmission": {"compliant" if two else "gear" if rotary else "screw": {}},
+        "load": {"mass": {}}, "sensor": {"motor": {}, "load": {}} if two else {},
+    }  # fmt: skip
+    if role in ("controller", "motor", "transmission") or part.inertia:
+        axis[role] = {}
+    if part.drive == "voltage":
+        axis["motor"] = {"voltage": {}}
+
+    def row(changed: str = "") -> list[Any]:
+        values = _stated(part, changed)
+        if two:
+            values.pop("F_fm", None)
+            axis["motor"] = {n: v | {"armature": 0.8} for n, v in axis["motor"].items()}
+        axis[role] = axis[role] | {name: values}
+        rig = composed_axis(axis | {"rotary": rotary}, "axis")
+        numbers = dict.fromkeys((q.name for q in rig.parameters(LAW)), 0.5)
+        numbers |= {c.name: c.value for c in rig.constants}
+        read = rig.coupled_coefficients if isinstance(rig, TwoMassRig) else rig.coefficients
+        return [x for x in read(numbers) if isinstance(x, float)]
+
+    for c in part.coefficients:
+        if not (two and c.name == "F_fm"):
+            assert row(c.name) != row(), c.name

@@ -243,9 +243,11 @@ def test_what_moves_one_mass_refuses_two(two_encoders: Fit) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("armature = 2.0", "", "needs an inertia above zero of the motor: state armature"),
+        ("armature = 2.0", "", "motor.force: .* inertia of its own: state armature"),
         ("armature = 2.0", "armature = 2.0\nF_fm = 3.0", r"F_fm: friction of a motor with inertia"),
         ("play = { free = [1e-4, 5e-4] }", "play = -1e-4", "play = -0.0001 must not be below 0"),
+        ("armature = 2.0", "armature = 0.0", "needs an inertia above zero of the motor"),
+        ("[sensor.load]", "[sensor.lead-error]\nerr_period = 0.1", "sensor.lead-error is of one"),
         ('side = "both"', 'side = "left"', "friction.side"),
         ('side = "both"', 'side = "load"\nmotor = "dahl"', "friction.motor: the motor's own law"),
         ("[transmission.compliant]", "[transmission.rigid]\n[transmission.compliant]",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import sys
 from dataclasses import dataclass, replace
 from typing import Literal, Self
 
@@ -31,6 +33,8 @@ BORROWED: dict[Origin, float] = {"the paper": 0.1, "inferred": 0.5, "example": 0
 #: Tolerance of a value on a nameplate or in a catalogue, as a share of it: what makers of servo
 #: motors state, as a rule, of torque constants and resistances.
 NAMEPLATE = 0.1
+#: The least value of what has to be above zero.
+SMALLEST = sys.float_info.min
 #: A tolerance is twice a standard deviation (an expanded uncertainty with k = 2).
 COVERAGE = 2.0
 
@@ -52,6 +56,7 @@ class Constant:
         origin: Who vouches for it.
         tolerance: By how much the true value may differ from it, SI: twice a standard deviation;
             0 where it is exact.
+        least: The least value with which something can be simulated, SI.
     """
 
     name: str
@@ -61,6 +66,7 @@ class Constant:
     source: str
     origin: Origin = "setting"
     tolerance: float = 0.0
+    least: float = -math.inf
 
     @property
     def shown(self) -> float:
@@ -107,14 +113,26 @@ def constant(
     source: str,
     origin: Origin = "setting",
     share: float | None = None,
+    least: float = -math.inf,
 ) -> Constant:
-    """A constant in the unit people see.
+    """A constant in the unit people see; `least` is SI.
 
     Its tolerance is a share of its value: by default what its origin has, 0 for what is counted.
     """
     value = float(unit(written).to_si(shown))
     tolerance = (BORROWED.get(origin, 0.0) if share is None else share) * abs(value)
-    return Constant(name, value, written, doc, source, origin, tolerance)
+    return Constant(name, value, written, doc, source, origin, tolerance, least)
+
+
+def out_of_limits(value: float, least: float, most: float) -> str:
+    """What is wrong with a value that has limits, or nothing."""
+    if math.isnan(value):
+        return "is no number"
+    if value < least:
+        if least == SMALLEST:
+            return "must be above zero"
+        return f"must not be below {least:g}"
+    return f"must not be above {most:g}" if value > most else ""
 
 
 #: What a value with a tolerance is called where there is none.

@@ -67,6 +67,11 @@ def rigs(
     if new is None and (stray := [n for n, value in of_new.items() if value is not None]):
         raise InputError(f"{stray[0]}: is of a new axis: give --new FILE.toml as well")
     if new is not None:
+        if name is not None:
+            raise InputError(
+                f"--new writes an axis of parts: leave {name} out; a variant of a shipped rig is a "
+                'file that begins with kind = "NAME"'
+            )
         from .new_axis import write_axis
 
         write_axis(new, controller, motor, transmission, load, sensor, rotary=rotary)

@@ -35,12 +35,12 @@ def write_axis(
         raise InputError(f"--new {path}: is there already: choose another name")
     if rotary is None:
         rotary = _asked("--rotary or --linear", "axis", ["linear", "rotary"]) == "rotary"
-    chosen = {
-        role: stated or _asked(f"--{role}", role, _names(role, rotary))
-        for role, stated in (
-            ("controller", controller), ("motor", motor), ("transmission", transmission),
-        )
-    }  # fmt: skip
+    chosen: dict[str, str] = {}
+    for role, stated in (
+        ("controller", controller), ("motor", motor), ("transmission", transmission),
+    ):  # fmt: skip
+        drive = part_named("controller", chosen["controller"]).drive if chosen else ""
+        chosen[role] = stated or _asked(f"--{role}", role, _names(role, rotary, drive))
     loads = loads or [_asked("--load", "load", _names("load", rotary))]
     parts = [part_named(role, name) for role, name in chosen.items()]
     parts += [part_named("load", name) for name in loads]
@@ -56,10 +56,14 @@ def write_axis(
     typer.echo(f"{path}: state what you know; then stribeck rigs {path} shows the axis")
 
 
-def _names(role: str, rotary: bool) -> list[str]:
-    """The parts of a role that a kind of axis may have."""
+def _names(role: str, rotary: bool, drive: str = "") -> list[str]:
+    """The parts of a role that a kind of axis may have, behind a controller with a drive."""
     kinds = (None, rotary)
-    return [p.name for p in PARTS.values() if p.role == role and p.rotary in kinds]
+    return [
+        p.name
+        for p in PARTS.values()
+        if p.role == role and p.rotary in kinds and (role != "motor" or drive in ("", p.drive))
+    ]
 
 
 def _asked(option: str, what: str, names: Sequence[str]) -> str:

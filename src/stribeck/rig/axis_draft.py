@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from .axis_table import ROLES
-from .composed import INPUT_COLUMNS, check_roles
+from .axis_table import ROLES, composed_axis
+from .composed import INPUT_COLUMNS
 from .parts import Coefficient, Part
 from .parts.axis_of_parts import in_units
 from .two_masses import MOTOR_POSITION, READING, SIDES, two_masses
@@ -46,7 +47,6 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
         InputError: parts that make no axis.
     """
     parts = tuple(_needed(p, parts) for p in in_units(parts, rotary=rotary))
-    check_roles("axis", parts, rotary)
     lines = [
         "# An axis of parts. A coefficient is a number (exact), text with a tolerance such as",
         '# "12±4" or "12 nameplate", { free = [low, high] } to be identified within a range, or',
@@ -71,7 +71,9 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
         "[columns]",
         '# position = "actual [rad]"' if rotary else '# position = "actual [mm]"',
     ]
-    return "\n".join(lines) + "\n"
+    text = "\n".join(lines) + "\n"
+    composed_axis(tomllib.loads(text), "axis")
+    return text
 
 
 def _needed(part: Part, parts: Sequence[Part]) -> Part:

@@ -8,14 +8,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from ..constant import toleranced
+from ..constant import Origin, quantity
 from ..errors import InputError
-from ..friction import law_named
-from ..units import convertible
+from ..friction import LAWS, law_named
+from ..units import convertible, unit
 from .composed import INPUT_COLUMNS, ComposedRig, settings
 from .parts import Coefficient, Part, part_named
 from .search_ranges import with_ranges
 from .two_masses import MOTOR_POSITION, READING, SIDES, TOLERANCE, TwoMassRig, two_masses
+
+#: Least end of a range above zero.
+_SMALLEST = 1e-300
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 _Text = Annotated[str, Field(strict=True)]
@@ -59,7 +62,7 @@ class AxisTable(BaseModel):
     name: str | None = None
     doc: str | None = None
     law: str | None = None
-    rotary: bool = False
+    rotary: Annotated[bool, Field(strict=True)] = False
     controller: _Role = {"none": {}}
     motor: _Role = {"force": {}}
     transmission: _Role = {"rigid": {}}
@@ -98,17 +101,10 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
         for part, stated in getattr(content, role).items()
     ]
     kind, sides = _masses(content, parts)
+    _check_inputs(content, parts, columns)
     inputs = {**INPUT_COLUMNS, **content.inputs}
-    known = (*INPUT_COLUMNS, *([MOTOR_POSITION] if kind is TwoMassRig else []))
-    if odd := [n for n in content.inputs if n not in known]:
-        raise InputError(f"inputs: no input {odd[0]!r}: there are {', '.join(known)}")
     if MOTOR_POSITION in inputs:
         sides["motor_column"] = inputs.pop(MOTOR_POSITION)
-    for quantity, ours in (("position", "rad" if content.rotary else "m"),
-                           ("velocity", "rad/s" if content.rotary else "m/s")):  # fmt: skip
-        written = content.shows.get(quantity, ours)
-        if not convertible(written, ours):
-            raise InputError(f"shows.{quantity}: {written!r} is not the unit of a {quantity} here")
     laws = tuple(dict.fromkeys((content.law or "coulomb-viscous", "stribeck", "coulomb-viscous")))
     law_named(laws[0])  # says which there are
     shown = {"position": "mrad", "velocity": "rad/s"}
@@ -141,7 +137,64 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
         **sides,
         **_memory(states, parts),
     )
+    rig.check({c.name: c.value for c in rig.constants})
+    _check_shown(rig, content.shows)
     return with_ranges(rig, content.ranges)
+
+
+def _check_inputs(content: AxisTable, parts: list[Part], columns: Mapping[str, str]) -> None:
+    """Refuse inputs that there are not, that nothing reads, or whose column is another's.
+
+    Args:
+        content: The table.
+        parts: Its parts.
+        columns: Coefficients that logs state, by column.
+    """
+    readers = {
+        **dict.fromkeys(INPUT_COLUMNS, True),
+        "goal_velocity": any(p.takes_velocity for p in parts),
+    }
+    if two_masses(parts):
+        readers[MOTOR_POSITION] = {p.name for p in parts if p.role == "sensor"} >= {*SIDES}
+    owners = dict(columns)
+    for name, column in content.inputs.items():
+        if name not in readers:
+            raise InputError(f"inputs: no input {name!r}: there are {', '.join(readers)}")
+        if not readers[name]:
+            needed = (
+                "[sensor.motor] and [sensor.load]"
+                if name == MOTOR_POSITION
+                else ("a controller that takes the command's velocity")
+            )
+            raise InputError(f"inputs.{name}: nothing of this axis reads it: it takes {needed}")
+        if column in owners:
+            raise InputError(
+                f"inputs.{name}: column {column!r} is that of {owners[column]} already"
+            )
+        owners[column] = name
+
+
+def _check_shown(rig: ComposedRig, shows: Mapping[str, str]) -> None:
+    """Refuse units of what the axis does not have, or of another dimension."""
+    laws = (law_named(law) for law in {*LAWS, *rig.laws})
+    params = {q.name: q for law in laws for q in rig.parameters(law)}
+    quantities = {
+        "position": rig.si_unit("position"), "velocity": rig.si_unit("velocity"),
+        "force": rig.si_unit("force"),
+    }  # fmt: skip
+    for name, written in shows.items():
+        if name in quantities:
+            ours = quantities[name]
+        elif name in params:
+            ours = params[name].unit
+        else:
+            named = [q.name for q in rig.parameters(law_named(rig.laws[0]))]
+            raise InputError(
+                f"shows.{name}: there is position, velocity, force and what is identified: "
+                f"{', '.join(named)}"
+            )
+        if not convertible(written, ours):
+            raise InputError(f"shows.{name}: {written!r} is not a unit of {ours}")
 
 
 def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], dict[str, Any]]:
@@ -168,6 +221,12 @@ def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], d
         )
     if {p.name for p in parts if p.role == "sensor"} & {*SIDES} == {"motor"}:
         _refuse_reading_of_two(content.sensor["motor"])
+    motor = next(p for p in parts if p.role == "motor")
+    if not motor.stated("armature"):
+        raise InputError(
+            f"motor.{motor.name}: with [transmission.compliant] the motor has an inertia of its "
+            "own: state armature"
+        )
     friction = content.friction or _Friction()
     if friction.motor:
         law_named(friction.motor)  # says which there are
@@ -218,26 +277,59 @@ def _coefficient(
     """A coefficient as a table states it."""
     place = f"{place}.{c.name}"
     if isinstance(value, _Free):
-        low, high = value.free
-        if not low < high:
-            raise InputError(f"{place}: free = [{low:g}, {high:g}]: the first is not below")
-        if c.setting:
-            raise InputError(f"{place} is a choice: no log identifies it; give a number")
-        if fault := c.fault(low) or c.fault(high):
-            raise InputError(f"{place}: free = [{low:g}, {high:g}]: it {fault}")
-        return c.searched(low, high)
+        return _searched(c, value.free, place)
     if isinstance(value, _Column):
         if other := columns.get(value.column):
             raise InputError(f"{place}: column {value.column!r} is that of {other} already")
         if c.name in READING:
             raise InputError(f"{place}: no column of a log: give a number")
         columns[value.column] = c.name
+        _check_value(c, value.value, place)
         return c.known(value.value, "the log, where it says so", "yours")
     if isinstance(value, str):
-        number, tolerance, origin = toleranced(value, place)
+        number, tolerance, origin = _written(c, value, place)
         if c.setting and tolerance:
             raise InputError(f"{place} has no tolerance: give a number")
+        _check_value(c, number, place)
         stated = c.known(number, "the axis file", origin)
         assert stated.constant is not None  # noqa: S101 - known just now
         return replace(stated, constant=stated.constant.with_value(number, tolerance, origin))
+    _check_value(c, value, place)
     return c.known(value, "the axis file")
+
+
+def _searched(c: Coefficient, ends: tuple[float, float], place: str) -> Coefficient:
+    """A coefficient that is to be identified between two values."""
+    low, high = ends
+    if not low < high:
+        raise InputError(f"{place}: free = [{low:g}, {high:g}]: the first is not below")
+    if c.setting:
+        raise InputError(f"{place} is a choice: no log identifies it; give a number")
+    if any(0.0 < abs(end) < _SMALLEST for end in (low, high)):
+        raise InputError(
+            f"{place}: free = [{low:g}, {high:g}]: an end below {_SMALLEST:g} is no number to "
+            "search with"
+        )
+    if fault := c.fault(low) or c.fault(high):
+        raise InputError(f"{place}: free = [{low:g}, {high:g}]: it {fault}")
+    return c.searched(low, high)
+
+
+def _check_value(c: Coefficient, value: float, place: str) -> None:
+    """Refuse a value that such a thing cannot have."""
+    if fault := c.fault(value):
+        raise InputError(f"{place} = {value:g} {fault}")
+
+
+def _written(c: Coefficient, text: str, place: str) -> tuple[float, float, Origin]:
+    """A value as text, its tolerance and origin, in the unit that the coefficient has."""
+    stated = quantity(text, place)
+    if stated.source:
+        raise InputError(f"{place}: {text!r}: a comment behind # says where a value stands")
+    factor = 1.0
+    if stated.unit:
+        if not convertible(stated.unit, c.unit):
+            written = f"it is in {c.unit}" if c.unit else f"it is a number alone: {c.doc}"
+            raise InputError(f"{place}: {text!r}: {written}")
+        factor = unit(stated.unit).factor / unit(c.unit).factor
+    return factor * stated.value, factor * stated.tolerance, stated.origin

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..constant import Constant, constant
+from ..constant import SMALLEST, Constant, constant
 from ..errors import InputError
 from .composition import POSITION, Block
 from .equation import Equation, Input
@@ -26,7 +26,6 @@ from .motion.drives import (
     HELD,
     IDLE,
     INPUTS,
-    LATE,
     rows,
 )
 from .parts.axis_of_parts import assembled, in_units, motor_turns
@@ -53,6 +52,12 @@ INPUT_COLUMNS = MappingProxyType(
 #: Parts of an axis on which nothing acts but a force.
 _PUSHED = frozenset({
     ("controller", "none"), ("motor", "force"), ("transmission", "rigid"), ("load", "mass"),
+})  # fmt: skip
+#: Coefficients that act on a sampled controller alone, and what has them.
+_SAMPLED = MappingProxyType({
+    "ki": "one that integrates",
+    "difference": "one that takes differences of positions",
+    "resolution": "one that reads the steps of an encoder",
 })  # fmt: skip
 #: Units of what a motor is asked for, and their names in a log.
 _DEMANDS = {"force": ("N", "N m"), "current": ("A", "A"), "voltage": ("V", "V")}
@@ -177,22 +182,23 @@ class ComposedRig(SteppedRig):
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse values with which nothing can be simulated."""
-        for part in self.parts:
-            for c in part.coefficients:
-                value = values.get(c.name)
-                if value is not None and (fault := c.fault(value)):
-                    raise InputError(f"rig {self.name}: {c.name} = {value:g} {fault}")
-        hold = values.get("hold", FOLLOWS)
-        if hold not in (FOLLOWS, *range(1, LATE + 1)):
-            raise InputError(
-                f"rig {self.name}: hold = {hold:g}: it is 0 for a demand that follows the axis at "
-                "all times, 1 for one held for a sample, 2 for one that acts a sample late"
-            )
-        if hold == FOLLOWS and values.get("ki", 0.0) > 0:
-            raise InputError(
-                f"rig {self.name}: ki = {values['ki']:g}: a controller that integrates is sampled: "
-                "set hold to 1 or 2"
-            )
+        super().check(values)
+        for c in (c for part in self.parts for c in part.coefficients if c.choices):
+            if c.name in values and (fault := c.fault(values[c.name])):
+                raise InputError(f"rig {self.name}: {c.name} = {values[c.name]:g} {fault}")
+        if values.get("hold", self._idle("hold", FOLLOWS)) != FOLLOWS:
+            return
+        for name, what in _SAMPLED.items():
+            if values.get(name, 0.0) > 0:
+                raise InputError(
+                    f"rig {self.name}: {name} = {values[name]:g}: {what} is sampled: a controller "
+                    "with hold = 1 or 2"
+                )
+
+    def _idle(self, name: str, absent: float) -> float:
+        """The value of a coefficient where nobody states it."""
+        known = (c.idle for p in self.parts for c in p.coefficients if c.name == name)
+        return next((idle for idle in known if idle is not None), absent)
 
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """The track with the constants of its run, and the force as this rig's drive makes it."""
@@ -310,8 +316,12 @@ def settings(
 ) -> tuple[Constant, ...]:
     """The step and the tolerance of a simulation, the latter in a unit of the position."""
     return (
-        constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md"),
-        constant("tolerance", tolerance, unit, "way by which a step may be off", source),
+        constant(
+            "step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md", least=SMALLEST
+        ),
+        constant(
+            "tolerance", tolerance, unit, "way by which a step may be off", source, least=SMALLEST
+        ),
     )
 
 
@@ -322,6 +332,22 @@ def check_roles(name: str, parts: tuple[Part, ...], rotary: bool) -> None:
             raise InputError(f"rig {name}: an axis has one {role}, this one {n or 'none'}")
     if not any(p.role == "load" for p in parts):
         raise InputError(f"rig {name}: an axis has a load, this one none")
+    if not any(p.stated(c) for p in parts for c in p.inertia):
+        raise InputError(
+            f"rig {name}: nothing of it has an inertia: it takes a load.mass, load.inertia or "
+            "load.pendulum, or the armature of its motor"
+        )
+    controller, motor = (next(p for p in parts if p.role == r) for r in ("controller", "motor"))
+    if controller.drive not in ("", motor.drive):
+        raise InputError(
+            f"rig {name}: controller.{controller.name} sets a {controller.drive}, and "
+            f"motor.{motor.name} takes a {motor.drive}"
+        )
+    _check_names(name, parts, rotary)
+
+
+def _check_names(name: str, parts: tuple[Part, ...], rotary: bool) -> None:
+    """Refuse parts of the other kind of axis, and two coefficients of one name."""
     kinds = ("linear", "rotary")
     owners: dict[str, Part] = {}
     for p in parts:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..constant import constant
+from ..constant import SMALLEST, constant
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..friction.law import NORMAL
@@ -142,7 +142,15 @@ CYLINDER = Cylinder(
     cite=FORCED.cite,
     scale="the measured force (mu and b to that over the measured pressure)",
     constants=(
-        constant("bore", 25.0, "mm", "diameter of the piston", "a choice: set your own", "example"),
+        constant(
+            "bore",
+            25.0,
+            "mm",
+            "diameter of the piston",
+            "a choice: set your own",
+            "example",
+            least=SMALLEST,
+        ),
     ),
     params=(
         *FORCED.params,

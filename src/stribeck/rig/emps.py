@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..constant import Constant, constant
+from ..constant import SMALLEST, Constant, constant
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..space import Array, Param
@@ -222,19 +222,52 @@ class Emps(BalancedRig):
 def _constants() -> tuple[Constant, ...]:
     data = "DATA_EMPS.mat"
     return (
-        constant("kp", 160.18, "1/s", "gain of the position loop", data, "the paper", 0.0),
-        constant("kv", 243.45, "V s/m", "gain of the velocity loop", data, "the paper", 0.0),
         constant(
-            "gtau", 35.15065188248547, "N/V", "force of the drive at a volt", data, "the paper", 0.0
+            "kp", 160.18, "1/s", "gain of the position loop", data, "the paper", 0.0, least=SMALLEST
         ),
-        constant("u_max", 10.0, "V", "saturation of the controller", "the report's simulation"),
-        constant("T", 1.0, "ms", "clock of the controller, 1 kHz", "the report, section 2"),
+        constant(
+            "kv",
+            243.45,
+            "V s/m",
+            "gain of the velocity loop",
+            data,
+            "the paper",
+            0.0,
+            least=SMALLEST,
+        ),
+        constant(
+            "gtau",
+            35.15065188248547,
+            "N/V",
+            "force of the drive at a volt",
+            data,
+            "the paper",
+            0.0,
+            least=SMALLEST,
+        ),
+        constant(
+            "u_max",
+            10.0,
+            "V",
+            "saturation of the controller",
+            "the report's simulation",
+            least=SMALLEST,
+        ),
+        constant(
+            "T",
+            1.0,
+            "ms",
+            "clock of the controller, 1 kHz",
+            "the report, section 2",
+            least=SMALLEST,
+        ),
         constant(
             "delay",
             1.0,
             "ms",
             "from sampling to the voltage acting, 0 to T",
             "the report's simulation; the logs themselves fit better with 0",
+            least=0.0,
         ),
     )
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
-from ..constant import Constant, Origin, Stated
+from ..constant import Constant, Origin, Stated, out_of_limits
 from ..data.alignment import MOTION_CHANNELS, advanced
 from ..data.force_channel import force_left_out
 from ..data.power_flow import loss_factors
@@ -177,10 +177,12 @@ class Rig:
         """
         for name in values:
             self[name]
-        return self._with(
+        rig = self._with(
             c.with_value(*_stated(values[c.name])) if c.name in values else c
             for c in self.constants
         )
+        rig.check({c.name: c.value for c in rig.constants})
+        return rig
 
     def exact(self) -> Self:
         """The same rig with all its constants taken as exact."""
@@ -195,8 +197,19 @@ class Rig:
 
     def limits(self, name: str) -> tuple[float, float]:
         """Between which values a constant can be simulated, SI."""
-        del name
-        return -np.inf, np.inf
+        return next((c.least for c in self.constants if c.name == name), -np.inf), np.inf
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse constants, SI by name, with which nothing can be simulated.
+
+        Raises:
+            InputError: one of them.
+        """
+        for c in self.constants:
+            value = values.get(c.name, c.value)
+            if fault := out_of_limits(value, *self.limits(c.name)):
+                shown = f"{unit(c.unit).from_si(value):g} {c.unit}".strip()
+                raise InputError(f"rig {self.name}: {c.name} = {shown} {fault}")
 
     @property
     def composition(self) -> tuple[Block, ...]:

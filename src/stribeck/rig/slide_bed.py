@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
-from ..constant import Constant, Stated, constant
+from ..constant import SMALLEST, Constant, Stated, constant
 from ..errors import InputError
 from ..space import Array, Param
 from ..wording import option
@@ -61,37 +61,45 @@ def _constants() -> tuple[Constant, ...]:
     named, section = "nomenclature", "section 4.3"
     derived = "from the constants above (nomenclature)"
     return (
-        constant("m", m, "kg", "mass of the slide", "section 4.4", "the paper"),
+        constant("m", m, "kg", "mass of the slide", "section 4.4", "the paper", least=SMALLEST),
         constant("k_hat+", 3.5, "N/mm", "controller gain, stretch > 0 (ramp up)", section,
-                 "the paper"),
+                 "the paper", least=0.0),
         constant("k_hat-", 2.8, "N/mm", "controller gain, stretch < 0 (ramp down)", section,
-                 "the paper"),
+                 "the paper", least=0.0),
         constant("F_fm", 23.5, "N", "friction of the motor, at the screw",
-                 "0.60 oz-in of a motor of this class times K_v; not in the paper", "inferred"),
-        constant("a", a, "", "gear ratio", named, "the paper", 0.0),
-        constant("l", lead, "mm", "ball screw lead", named, "the paper", 0.0),
-        constant("eta_b", eta_b, "", "gear box efficiency", named, "the paper", 0.0),
-        constant("eta_c", eta_c, "", "ball screw efficiency", named, "the paper", 0.0),
-        constant("J_m", 4.17e-6, "kg m**2", "inertia of the motor", named, "the paper"),
-        constant("D_m", 2.60e-6, "N m s/rad", "viscous friction of the motor", named, "the paper"),
+                 "0.60 oz-in of a motor of this class times K_v; not in the paper",
+                 "inferred", least=0.0),
+        constant("a", a, "", "gear ratio", named, "the paper", 0.0,
+                 least=SMALLEST),
+        constant("l", lead, "mm", "ball screw lead", named, "the paper", 0.0,
+                 least=SMALLEST),
+        constant("eta_b", eta_b, "", "gear box efficiency", named, "the paper", 0.0,
+                 least=SMALLEST),
+        constant("eta_c", eta_c, "", "ball screw efficiency", named, "the paper", 0.0,
+                 least=SMALLEST),
+        constant("J_m", 4.17e-6, "kg m**2", "inertia of the motor", named, "the paper", least=0.0),
+        constant("D_m", 2.60e-6, "N m s/rad", "viscous friction of the motor", named, "the paper",
+                 least=0.0),
         constant("K_t", 18.2e-3, "N m/A", "torque constant (printed N/A)", named, "the paper", 0.0),
         constant("K_n", K_n, "rad/m", "slide to motor speed, 2 pi a / l", derived, "derived"),
         constant("K_v", K_v, "1/m", "motor torque to screw force, K_n eta_b eta_c", derived,
                  "derived"),
         constant("K_kt", K_n * K_v, "1/m**2", "motor inertia to slide mass, K_n K_v", derived,
-                 "derived"),
+                 "derived", least=0.0),
         constant("F_m_max", 30.0, "N", "clamp of the motor's inertia and damping force", section,
-                 "the paper"),
-        constant("dv", dv, "mm/s", "velocity band of rest", "nomenclature"),
-        constant("dp", m * dv * 1e-3, "N s", "impulse that ends rest, m dv", derived, "derived"),
+                 "the paper", least=0.0),
+        constant("dv", dv, "mm/s", "velocity band of rest", "nomenclature", least=0.0),
+        constant("dp", m * dv * 1e-3, "N s", "impulse that ends rest, m dv", derived, "derived",
+                 least=0.0),
         constant("ramp_speed", 0.0, "mm/s",
                  "speed of the command where a log has none; 0: the log's mean speed", section),
         constant("step", 10.0, "ms",
-                 "longest step where a law reads more than speed, or never sticks", "docs/rigs.md"),
+                 "longest step where a law reads more than speed, or never sticks", "docs/rigs.md",
+                 least=SMALLEST),
         # So small that a slip starts when it should: under a friction that falls by more than
         # m/step, an implicit step does not feel that rest is not stable, and lingers.
         constant("tolerance", TOLERANCE * 1e3, "mm", "way by which such a step may be off",
-                 "docs/rigs.md"),
+                 "docs/rigs.md", least=SMALLEST),
     )  # fmt: skip
 
 
@@ -168,12 +176,9 @@ class SlideBed(SimulatedRig):
     @cached_property
     def _kernel_constants(self) -> Array:
         """The kernel's constants, (11,), without k_spring, which is a candidate's own."""
-        for name in ("m", "J_m", "D_m", "K_kt", "F_fm", "F_m_max", "dv", "dp", "k_hat+", "k_hat-"):
-            value, unlimited = self[name], name in ("F_fm", "F_m_max")
-            if not (value > 0 if name == "m" else value >= 0) or (
-                value == np.inf and not unlimited
-            ):
-                raise InputError(f"rig {self.name}: {name} = {value} cannot be simulated")
+        for name in ("m", "J_m", "D_m", "K_kt", "dv", "dp", "k_hat+", "k_hat-"):
+            if not np.isfinite(self[name]):
+                raise InputError(f"rig {self.name}: {name} = {self[name]} cannot be simulated")
         K_kt = self["K_kt"] if self["F_m_max"] > 0 else 0.0  # a clamp at 0 N leaves no motor
         return np.array(
             SlideConstants(

@@ -94,13 +94,6 @@ class SteppedRig(SimulatedRig):
         del values
         raise InputError(f"rig {self.name} does not say the constants of its drive")
 
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse constants with which nothing can be simulated.
-
-        Raises:
-            InputError: one of them.
-        """
-
     def constants_of_drive(self, law: Law, own: Array, run: Array) -> Array:
         """The constants of the drive, (n, constants).
 

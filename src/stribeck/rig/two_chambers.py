@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..constant import constant
+from ..constant import SMALLEST, constant
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..friction.law import NORMAL
@@ -103,8 +103,16 @@ TWO_CHAMBERS = TwoChambers(
     cite=FORCED.cite,
     scale="the areas of the piston",
     constants=(
-        constant("bore", 25.0, "mm", "diameter of the piston", _OWN, "example"),
-        constant("rod", 10.0, "mm", "diameter of the rod, in the chamber of p_b", _OWN, "example"),
+        constant("bore", 25.0, "mm", "diameter of the piston", _OWN, "example", least=SMALLEST),
+        constant(
+            "rod",
+            10.0,
+            "mm",
+            "diameter of the rod, in the chamber of p_b",
+            _OWN,
+            "example",
+            least=0.0,
+        ),
     ),
     params=FORCED.params,
     laws=("coulomb-load", *FORCED.laws),

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..motion.drives import GOAL, GOAL_VELOCITY
+from ..motion.drives import FOLLOWS, GOAL, GOAL_VELOCITY, HELD, LATE
 from ..motion.part_call import DAMPING, STIFFNESS, Row
 from .part import Coefficient, Part
 
 _ASKED = "what the motor takes: N (N m), A or V"
 _SAMPLED = (
     Coefficient("hold", "", "1: demand held from sample to sample, 2: and a sample late", 0.0,
-                setting=True),
+                setting=True, choices=(FOLLOWS, HELD, LATE)),
     Coefficient("limit", "", f"largest demand, in {_ASKED}", np.inf,
                 positive=True),
 )  # fmt: skip
@@ -89,7 +89,7 @@ CASCADE = Part(
         Coefficient("T", "s", "its sample time", 1e-3,
                     positive=True),
         Coefficient("difference", "", "1: its velocity is a difference over two samples", 0.0,
-                    setting=True),
+                    setting=True, choices=(0.0, 1.0)),
         replace(_SAMPLED[0], idle=1.0),
         _SAMPLED[1],
     ),
@@ -118,6 +118,7 @@ PWM = Part(
     function=proportional,
     constants=lambda values: (values["vin"] * values["kp"] * values["duty"], 0.0),
     commanded=True,
+    drive="voltage",
 )  # fmt: skip
 
 NONE = Part(

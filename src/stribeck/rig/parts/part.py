@@ -9,15 +9,13 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from ...constant import Constant, Origin, constant
+from ...constant import SMALLEST, Constant, Origin, constant, out_of_limits
 from ...errors import InputError
 from ...space import Param
 from ..motion.axis_row import Slot, Stage
 from ..motion.part_call import PartFunction
 
 Role = Literal["controller", "motor", "transmission", "load", "sensor"]
-#: The least number above zero.
-_SMALLEST = float(np.finfo(float).tiny)
 #: Where a part of a role acts where it does not say so itself.
 _SLOTS: Mapping[Role, Slot] = MappingProxyType(
     {
@@ -48,6 +46,7 @@ class Coefficient:
         least: Least value that such a thing can have.
         most: Greatest.
         setting: Whether it is a choice and no quantity, so that nothing identifies it.
+        choices: The values that such a choice has; any where empty.
         constant: Where its value is stated.
         free: Whether it is stated to be identified.
     """
@@ -66,6 +65,7 @@ class Coefficient:
     least: float = -np.inf
     most: float = np.inf
     setting: bool = False
+    choices: tuple[float, ...] = ()
     constant: Constant | None = None
     free: bool = False
 
@@ -117,15 +117,14 @@ class Coefficient:
     @property
     def limits(self) -> tuple[float, float]:
         """The least and the greatest value that such a thing can have."""
-        return max(self.least, _SMALLEST) if self.positive else self.least, self.most
+        return max(self.least, SMALLEST) if self.positive else self.least, self.most
 
     def fault(self, value: float) -> str:
         """What is wrong with a value, or nothing."""
-        if self.positive and not value > 0.0:
-            return "must be above zero"
-        if value < self.least:
-            return f"must not be below {self.least:g}"
-        return f"must not be above {self.most:g}" if value > self.most else ""
+        if self.choices and value not in self.choices:
+            *others, last = (f"{choice:g}" for choice in self.choices)
+            return f"must be {', '.join(others)} or {last} ({self.doc})"
+        return out_of_limits(value, *self.limits)
 
     @property
     def identified(self) -> bool:
@@ -164,8 +163,8 @@ class Part:
         commanded: Whether it needs a commanded position.
         takes_velocity: Whether it takes the command's velocity, too; none where a log has none.
         follows_velocity: Whether it needs that, which is the command's slope where a log has none.
-        drive: What a log has to tell where there is no controller: "force", "current" or
-            "voltage"; empty for what is no motor.
+        drive: What a motor is asked for, and a log has to tell where there is no controller:
+            "force", "current" or "voltage"; of a controller, what alone it can ask for.
         rotary: Whether it is of rotary axes alone (True), of linear ones (False), or of both.
         of_motor: Whether it acts on the motor where that moves apart from the load.
     """

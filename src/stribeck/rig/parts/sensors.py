@@ -39,7 +39,7 @@ LOAD = Part(
     equation="q as logged",
     coefficients=(
         Coefficient("by_load", "", "1: the controller reads its position, 0: the motor's", 0.0,
-                    setting=True),
+                    setting=True, choices=(0.0, 1.0)),
     ),
     terms=lambda values: {"by_load": values["by_load"]},
 )  # fmt: skip
