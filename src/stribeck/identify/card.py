@@ -440,7 +440,9 @@ def _with_constants(shipped: Rig, entries: Mapping[str, ConstantCard]) -> Rig:
                 c, value=value, tolerance=tolerance, origin=entry.origin, source=source
             )
         constants.append(c)
-    return replace(shipped, constants=tuple(constants))
+    rig = replace(shipped, constants=tuple(constants))
+    rig.check({c.name: c.value for c in constants})
+    return rig
 
 
 def constant_cards(rig: Rig) -> dict[str, ConstantCard]:
