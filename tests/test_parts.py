@@ -545,3 +545,55 @@ def test_no_coefficient_of_a_part_is_idle(key: tuple[str, str], masses: int) -> 
     for c in part.coefficients:
         if not (two and c.name == "F_fm"):
             assert row(c.name) != row(), c.name
+
+
+def _log_with(axis_log: Path, head: str, values: Array) -> Path:
+    """The log of the axis with another column in place of its gain's."""
+    table = np.loadtxt(axis_log, delimiter=",", skiprows=1)
+    table[:, 3] = values
+    heads = f"t [s],q [rad],goal [rad],{head}"
+    np.savetxt(axis_log, table, delimiter=",", header=heads, comments="")
+    return axis_log
+
+
+def test_a_column_that_states_a_constant_is_read_in_its_unit(
+    axis_file: Path, axis_log: Path
+) -> None:
+    text = axis_file.read_text(encoding="utf-8").replace('column = "gain", value = 10.0', "")
+    text = text.replace("kp = {  }", "kp = 14.0")
+    text = text.replace("m = 0.4", 'm = { column = "weight [g]", value = 1.0 }')
+    axis_file.write_text(text, encoding="utf-8")
+    rig = as_simulated(rig_named(str(axis_file)))
+    log = Recording(t=t, position=np.zeros(len(t)), extra={"weight [g]": np.full(len(t), 400.0)})
+    assert rig.stated(log) == {"m": pytest.approx(0.4)}
+    axis_file.write_text(text.replace("weight [g]", "weight [mm]"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"weight \[mm\] is in mm, and what is read from it in kg"):
+        identify(_log_with(axis_log, "weight [mm]", np.full(len(t), 400.0)), rig=str(axis_file))
+
+
+def test_an_input_is_read_in_its_unit() -> None:
+    table: dict[str, Any] = {"controller": {"pd": {"kp": 1.0}}, "load": {"inertia": {"J": 1.0}}}
+    table |= {"rotary": True, "inputs": {"goal_velocity": "qd [deg/s]", "external": "push_mNm"}}
+    rig = composed_axis(table, "axis")
+    still, ones = np.zeros(len(t)), np.ones(len(t))
+    extra = {"qd [deg/s]": 180.0 * ones, "push_mNm": 500.0 * ones}
+    log = Recording(t=t, position=still, command=still, rotary=True, extra=extra)
+    np.testing.assert_allclose(rig.inputs(log)["goal_velocity"], np.pi)
+    np.testing.assert_allclose(rig.inputs(log)["external"], 0.5)
+
+
+def test_a_constant_that_changes_and_a_column_that_is_absent_are_told(
+    axis_file: Path, axis_log: Path
+) -> None:
+    """A gain that rises by a fifth takes "identified" away; one that is the file's does not."""
+    text = axis_file.read_text(encoding="utf-8")
+    axis_file.write_text(text.replace("value = 10.0", "value = 14.0"), encoding="utf-8")
+    absent = identify(_log_with(axis_log, "other", np.full(len(t), 1.0)), rig=str(axis_file))
+    told = [w for w in absent.warnings if "lacks columns that the axis file names" in w]
+    assert "kp ('gain') is 14" in told[0]
+    assert {e.verdict for e in absent.estimates} == {"identified"}
+    rising = identify(_log_with(axis_log, "gain", np.linspace(12.6, 15.4, len(t))),
+                      rig=str(axis_file))  # fmt: skip
+    told = [w for w in rising.warnings if "states kp goes from 12.6 to 15.4" in w]
+    assert "its median, 14, counts" in told[0]
+    assert not {e.verdict for e in rising.estimates} & {"identified"}

@@ -21,7 +21,7 @@ from .frames import Frame, frame_table
 from .known_force import KnownForce
 from .power_flow import loss_factors
 from .readers.assembly import assembled
-from .readers.choice import unit_of_column
+from .readers.choice import known_unit, unit_of_column
 from .readers.heads import named_by_stem, take_apart
 from .readers.log_file import TablesInMemory
 from .readers.log_map import LogMap
@@ -234,6 +234,31 @@ class Recording:
             )
         known = KnownForce.of(name, written, np.asarray(written.to_si(self.extra[name])))
         return replace(self, known_force=known, notes=(*self.notes, known.sentence))
+
+    def further(self, column: str, si: str) -> Array:
+        """One of its other columns, (N,), in an SI unit.
+
+        A unit in the head is converted from; without one, and where the quantity is a number alone,
+        values count as they are written.
+
+        Args:
+            column: Its head in `extra`.
+            si: The unit of what it is read as; empty for a number alone.
+
+        Raises:
+            InputError: its unit is of another dimension.
+        """
+        values = self.extra[column]
+        stated = take_apart(column).unit
+        written = None if stated is None else known_unit("", stated)
+        if written is not None and written.dimension == unit(si).dimension:
+            return np.asarray(written.to_si(values))
+        if stated is not None and si and column.rstrip().endswith("]"):
+            raise InputError(
+                f"{self.label}: column {shortened(column)} is in {stated}, and what is read from "
+                f"it in {si}"
+            )
+        return values
 
     def __len__(self) -> int:
         return len(self.t)

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.gate import faults
+from ..rig.simulated import SimulatedRig
+from ..units import unit
 from .conditions import Violation
 
 if TYPE_CHECKING:
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
     from ..rig import Rig
     from .segment import Segment
 
+#: Share of a constant by which a log's own may change.
+_CONSTANT = 0.02
 #: Samples of a log: a mask over them, a slice, or all of them.
 Samples = NDArray[np.bool_] | slice | None
 
@@ -32,12 +36,31 @@ def data_violations(
         rows: The samples of each that count.
     """
     assumed = [Violation("data", s, caps=False) for s in map(rig.assumed, recordings) if s]
+    if isinstance(rig, SimulatedRig):
+        assumed += [Violation("data", s) for log in recordings for s in _inconstant(rig, log)]
     return assumed + [
         Violation("data", f"{log.label}: {fault.sentence}", caps=fault.harmful)
         for log, samples in zip(recordings, rows, strict=True)
         for fault in faults(log)
         if _read(rig, fault) and fault.rows[slice(None) if samples is None else samples].any()
     ]
+
+
+def _inconstant(rig: SimulatedRig, log: Recording) -> list[str]:
+    """What of a log's own constants is none."""
+    written = {c.name: unit(c.unit) for c in rig.constants}
+    sentences = []
+    for name, values in rig.stated_over(log).items():
+        low, middle, high = np.percentile(values, (0.0, 50.0, 100.0))
+        if high - low > _CONSTANT * abs(middle):
+            least, median, most = (f"{written[name].from_si(x):.3g}" for x in (low, middle, high))
+            sentences.append(
+                f"{log.label}: the column that states {name} goes from {least} to {most} "
+                f"{written[name].written}".rstrip()
+                + f": its median, {median}, counts for all of the log: identify from parts in "
+                "which it stays (LOG@10s:40s)"
+            )
+    return sentences
 
 
 def trained_samples(recordings: Sequence[Recording], train: Sequence[Segment]) -> list[Samples]:

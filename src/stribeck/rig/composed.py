@@ -145,8 +145,9 @@ class ComposedRig(SteppedRig):
         Raises:
             InputError: the log has no command, or no force, current or voltage.
         """
+        units = self._input_units
         given = {
-            name: recording.extra[column]
+            name: recording.further(column, units[name])
             for name, column in self.input_columns.items()
             if column in recording.extra
         }
@@ -165,6 +166,29 @@ class ComposedRig(SteppedRig):
         if any(p.follows_velocity for p in self.parts):
             steps.setdefault("goal_velocity", np.gradient(recording.command, recording.t))
         return steps
+
+    def assumed(self, recording: Recording) -> str:
+        """What counts in place of columns that an axis file names and a log lacks."""
+        if self.table is None:
+            return ""
+        counts = {c.name: f"{c.shown:g} {c.unit}".strip() for c in self.constants}
+        idle = {"goal_velocity": "the slope of the command", "enabled": "always on"}
+        if not any(p.follows_velocity for p in self.parts):
+            idle["goal_velocity"] = "0"
+        read = {column: (name, counts[name]) for column, name in self.run_columns.items()}
+        inputs: Mapping[str, str] = self.table.get("inputs", {})
+        read |= {
+            c: (name, idle.get(name, "0")) for name, c in inputs.items() if name in INPUT_COLUMNS
+        }
+        absent = [
+            f"{name} ({column!r}) is {value}"
+            for column, (name, value) in read.items()
+            if column not in recording.extra
+        ]
+        if not absent:
+            return ""
+        what = "; ".join(absent)
+        return f"{recording.label}: the log lacks columns that the axis file names: {what}"
 
     def _si_unit_of(self, param: Param) -> str:
         """The SI unit of a parameter; those of its parts have that of their axis."""
@@ -278,10 +302,21 @@ class ComposedRig(SteppedRig):
         """The equation of motion that its parts make; see `motion_equations`."""
         return motion_equations(self.parts)
 
+    @property
+    def _input_units(self) -> Mapping[str, str]:
+        """SI units of its inputs."""
+        return {
+            "goal_velocity": self.si_unit("velocity"),
+            "feed_forward": _DEMANDS[self.demand][motor_turns(self.parts, rotary=self.rotary)],
+            "enabled": "",
+            "external": self.si_unit("force"),
+        }
+
     def _simulator_inputs(self) -> tuple[Input, ...]:
         """What a simulator has to tell the axis."""
         position, speed = self.si_unit("position"), self.si_unit("velocity")
-        asked = _DEMANDS[self.demand][motor_turns(self.parts, rotary=self.rotary)]
+        units = self._input_units
+        asked = units["feed_forward"]
         if not self.commanded:
             return (Input(self.demand, asked, "of the drive", ADDED),)
         inputs = [Input("command", position, "commanded position", GOAL)]

@@ -69,17 +69,27 @@ class SteppedRig(SimulatedRig):
 
     def run_constants(self, recording: Recording) -> Array:
         """The constants that `run_columns` names, as a log states them, else the rig's."""
-        return np.array(
-            [
-                recording.extra[column][0] if column in recording.extra else self[name]
-                for column, name in self.run_columns.items()
-            ]
-        )
+        stated = self.stated(recording)
+        return np.array([stated.get(name, self[name]) for name in self.run_columns.values()])
 
     def stated(self, recording: Recording) -> Mapping[str, float]:
-        """The constants that a log states itself, SI by name."""
-        columns, extra = self.run_columns.items(), recording.extra
-        return {name: float(extra[column][0]) for column, name in columns if column in extra}
+        """The constants that a log states itself, SI by name: the median of their columns."""
+        return {
+            name: float(np.median(values)) for name, values in self.stated_over(recording).items()
+        }
+
+    def stated_over(self, recording: Recording) -> Mapping[str, Array]:
+        """The columns in which a log states constants, (N,) SI each, by the constant's name.
+
+        Raises:
+            InputError: one has another unit, or what is no number.
+        """
+        units = {c.name: c.unit for c in self.constants}
+        return {
+            name: recording.further(column, units[name])
+            for column, name in self.run_columns.items()
+            if column in recording.extra
+        }
 
     def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
         """The row of constants of its drive, the mass that moves first.
