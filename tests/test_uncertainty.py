@@ -14,7 +14,7 @@ from stribeck.identify.balance.rows import filtered_logs
 from stribeck.identify.card import Card
 from stribeck.identify.parameters import Parameters
 from stribeck.identify.uncertainty.assessment import uncertainty
-from stribeck.identify.uncertainty.blind_directions import directions, percent
+from stribeck.identify.uncertainty.blind_directions import directions
 from stribeck.identify.uncertainty.covariance import correlation_time, long_run_variance
 from stribeck.identify.uncertainty.estimates import range_end
 from stribeck.identify.uncertainty.posterior import posterior
@@ -28,6 +28,7 @@ from stribeck.rig import RIGS
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array, Param, Space, box
+from stribeck.units import percent
 
 
 class Model:
@@ -168,8 +169,8 @@ def test_a_blind_direction_is_put_into_words() -> None:
 
 
 def test_percents_for_people() -> None:
-    assert [percent(x) for x in (3e-5, 1e-3, -0.096, 1.234)] == [
-        "less than 0.01 %", "0.1 %", "9.6 %", "123 %",
+    assert [percent(x) for x in (3e-5, 1e-3, -0.096, 1.234, 3.7)] == [
+        "less than 0.01 %", "0.1 %", "-9.6 %", "123 %", "370 %",
     ]  # fmt: skip
 
 

@@ -47,6 +47,8 @@ _SPELLINGS = {
     "revs": "turn",
     **dict.fromkeys(("inc", "incs", "cnt", "cnts", "pls", "pulse", "pulses"), "count"),
 }
+#: Percent below which a share is none to anybody.
+_LEAST_PERCENT = 0.01
 #: A turn in the speeds of drives: `r/min`, `U/min`. Alone, some of them are other units.
 _TURN = re.compile(r"(?:rev|r|tr|U|Umdr|rot)/(min|s)")
 
@@ -171,6 +173,14 @@ def _asked(written: str, text: str) -> Unit:
 
 def _unknown(written: str) -> str:
     return f"unknown unit {written[:_LONGEST]!r}: write it like mm, mm/s, N, N m or A"
+
+
+def percent(share: float) -> str:
+    """A share for people: two digits, or all of those before the point."""
+    value = 100.0 * share
+    if abs(value) < _LEAST_PERCENT:
+        return f"less than {_LEAST_PERCENT:g} %"
+    return f"{value:.0f} %" if abs(value) >= 10 else f"{value:.2g} %"  # noqa: PLR2004 - two digits
 
 
 def convertible(a: str, b: str) -> bool:

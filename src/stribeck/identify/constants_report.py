@@ -9,12 +9,11 @@ from itertools import combinations
 
 from ..constant import BORROWED
 from ..rig.rig import shown_difference
-from ..units import unit
+from ..units import percent, unit
 from ..wording import either, option
 from .exact_constants import NOT_APART
 from .free_constants import FreeConstantsProblem, Ruling
 from .parameters import Parameters
-from .uncertainty.blind_directions import percent
 from .uncertainty.estimates import Estimate
 from .uncertainty.residuals import Residuals
 

@@ -13,6 +13,7 @@ from ..optimize import rms
 from ..rig import Rig
 from ..rig.rig import shown_difference
 from ..space import Array
+from ..units import percent
 from .free_constants import FreeConstantsProblem, constant_slopes, stated_by_logs
 from .initial_state import FreeStartProblem
 from .parameters import Parameters
@@ -138,9 +139,7 @@ def _clauses(
                 share = over[q.name] * values[name] / e.value
                 if abs(share) >= NAMED:
                     change = shown_difference(parameters.rig, q, ERROR * share * e.value)
-                    amount = (
-                        f"{change:.2g} {e.unit}" if absolute else f"{100 * ERROR * share:.2g} %"
-                    )
+                    amount = f"{change:.2g} {e.unit}" if absolute else percent(ERROR * share)
                     moved[f"{e.name} by {amount.rstrip()}"] = abs(share)
         if moved:
             clause = (

@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..optimize import rms
 from ..optimize.lockstep import Counted
 from ..space import Array, Param, Space
+from ..units import percent
 from ..wording import option
 from .adequacy.bins import t_probability
 from .conditions import Violation
@@ -95,7 +96,7 @@ def drift_violations(
     rows = counted.rows + refit.evaluations
     changes, _ = refit_text(problem, judged, refit, start)
     sentence = (
-        f"the measured position drifts beside the model's ({100 * share:.2g} % of the variance): "
+        f"the measured position drifts beside the model's ({percent(share)} of the variance): "
         f"{changes}: the axis creeps or the sensor's zero moves; train on shorter parts "
         f"({option('train')})"
     )

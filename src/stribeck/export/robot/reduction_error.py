@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...units import unit
+from ...units import percent, unit
 from .spring_pull import SpringPull, inertia, spring_pull, temperature
 
 if TYPE_CHECKING:
@@ -88,16 +88,15 @@ def _curve(reduction: Reduction, units: RigUnits) -> str:
         return f"sliding friction is the card's own, at speeds {span}"
     return (
         f"sliding friction is off by {reduction.rms:.3g} {units.force} RMS "
-        f"({_percent(reduction.rms, reduction.size)} of F) and by "
+        f"({percent(_share(reduction.rms, reduction.size))} of F) and by "
         f"{reduction.worst:.3g} {units.force} at worst "
-        f"({_percent(reduction.worst, reduction.worst_of)} of F, at "
+        f"({percent(_share(reduction.worst, reduction.worst_of))} of F, at "
         f"{units.speed(reduction.worst_at)}), at speeds {span}"
     )
 
 
-def _percent(part: float, whole: float) -> str:
-    share = 100.0 * part / whole if whole > 0 else np.inf
-    return f"{share:.2g} %" if share < 10 else f"{share:.0f} %"  # noqa: PLR2004 - two digits
+def _share(part: float, whole: float) -> float:
+    return part / whole if whole > 0 else np.inf
 
 
 def _rest(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:

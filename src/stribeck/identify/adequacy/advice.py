@@ -12,7 +12,7 @@ from ...friction import LAWS
 from ...friction.law import Term
 from ...rig.rig import shown_difference
 from ...space import Param
-from ...units import unit
+from ...units import percent, unit
 from ...wording import option
 from ..conditions import Violation
 from ..moved_estimates import may_be
@@ -34,8 +34,6 @@ _WITH_DROP = {
 }
 #: A parameter that something without a name would move by less than this share is not told.
 MATTERS = 0.03
-#: Share of a variance from which on it is told in whole percent.
-ROUND = 0.1
 #: What an effect is in words, by variable, kind and pattern.
 _WORDS = {
     ("speed", "force", "square"): "grows with the square of the speed",
@@ -97,7 +95,7 @@ def with_effects(
         )
         sentence = (
             f"the force that the model leaves over {description(parameters, effect)} "
-            f"({_percent(effect.share)} of its variance){moved if effect.shifts else ''}: "
+            f"({percent(effect.share)} of its variance){moved if effect.shifts else ''}: "
             f"{advice(parameters, effect, recordings)}"
         )
         violations.append(Violation("model", sentence, wide, caps=bool(wide)))
@@ -128,17 +126,13 @@ def recurrence_violations(
     if not off:
         return []
     sentence = (
-        f"{_percent(recurring.share)} of the variance of the force that the model leaves comes "
+        f"{percent(recurring.share)} of the variance of the force that the model leaves comes "
         "back wherever position, velocity and acceleration do: it leaves out something that has "
         "no name here, as a load that is carried one way, a place of more friction, or hysteresis "
         f"of the force sensor; so much force would move {' or '.join(off)}, and the intervals do "
         "not hold that"
     )
     return [Violation("model", sentence, caps=False)]
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:{'.0f' if share >= ROUND else '.2g'}} %"
 
 
 def _shift(parameters: Parameters, q: Param, effect: Effect) -> float:

@@ -20,7 +20,7 @@ from ...data.force_channel import spikes as single_samples
 from ...data.zero_phase import BLOCK, Samples
 from ...errors import InputError
 from ...space import Array
-from ...units import unit
+from ...units import percent, unit
 from ...wording import option
 from ..conditions import Condition, Violation
 from ..data_check import data_violations
@@ -316,7 +316,7 @@ def function_of_position(recording: Recording) -> str:
         return ""
     return (
         f"{recording.label}: the force is a function of the position, the same both ways to "
-        f"{100 * share:.2g} %: it is a command that was computed from it, not a measurement, and "
+        f"{percent(share)}: it is a command that was computed from it, not a measurement, and "
         "says nothing of friction"
     )
 

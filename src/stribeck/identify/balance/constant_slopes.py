@@ -9,6 +9,7 @@ import numpy as np
 
 from ...constant import Constant
 from ...errors import InputError
+from ...units import percent
 from ..exact_constants import STEP, Slopes, is_exact
 from ..parameters import Parameters
 from ..uncertainty.covariance import HALF_WIDTH
@@ -75,7 +76,7 @@ def _clause(c: Constant, elasticity: float) -> str:
     if abs(elasticity - 1) < PROPORTIONAL:
         return f"; it is in proportion to {c.name}"
     if c.tolerance > 0 and abs(elasticity) > PROPORTIONAL:
-        return f"; 1 % of {c.name} moves it by {elasticity:.2g} %"
+        return f"; 1 % of {c.name} moves it by {percent(0.01 * elasticity)}"
     return ""
 
 

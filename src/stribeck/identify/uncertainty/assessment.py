@@ -11,6 +11,7 @@ import numpy as np
 from ...optimize.lockstep import Counted
 from ...optimize.slopes import MOST_FANS
 from ...space import Array
+from ...units import percent
 from .blind_directions import Direction, directions
 from .bootstrap import Bootstrap, bootstrap
 from .covariance import quick_look
@@ -68,7 +69,7 @@ class Uncertainty:
         gain = 1 - np.sqrt(squares / before) if before > 0 else 0.0
         if self.profiles.improved and gain > NOTED:
             sentences.append(
-                f"the profiles met a fit with {100 * gain:.2g} % less {misfit} than the search "
+                f"the profiles met a fit with {percent(gain)} less {misfit} than the search "
                 "had found; it was taken: raise the budget or the repeats"
             )
         if self.profiles.rough:

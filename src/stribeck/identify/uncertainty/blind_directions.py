@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...space import Array, Space
+from ...units import percent
 from .profile import Profile, Profiles
 
 #: The move that is reported is the least of at least this, relative, that a profile has visited.
@@ -42,24 +43,16 @@ class Direction:
     def text(self, labels: Sequence[str] | None = None, misfit: str = "J") -> str:
         """The direction as a sentence, the parameters by other names if given."""
         moves = [
-            f"{n} {'+' if c > 0 else '−'}{percent(c)}"
+            f"{n} {'+' if c > 0 else '−'}{percent(abs(c))}"
             for n, c in zip(labels or self.names, self.changes, strict=True)
         ]
-        changes = f"changes {misfit} by {percent(self.misfit)}"
+        changes = f"changes {misfit} by {percent(abs(self.misfit))}"
         if len(moves) == 1:
             return f"{moves[0]} {changes}: the data hardly see it"
         return (
             f"{moves[0]} together with {', '.join(moves[1:])} {changes}: "
             "only their combination is known"
         )
-
-
-def percent(share: float) -> str:
-    """The size of a relative change, for people."""
-    value = 100 * abs(share)
-    if value < 0.01:  # noqa: PLR2004 - finer is nothing to anybody
-        return "less than 0.01 %"
-    return f"{value:.0f} %" if value >= 10 else f"{value:.2g} %"  # noqa: PLR2004 - two digits
 
 
 def directions(space: Space, profiles: Profiles) -> tuple[Direction, ...]:

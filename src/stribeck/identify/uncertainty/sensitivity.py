@@ -15,7 +15,7 @@ from ...optimize.box import Box
 from ...optimize.lockstep import AskTell, Counted, lockstep
 from ...optimize.moves import Answer, Detailed, Moves
 from ...optimize.trust_region import Iterate, minimise
-from .blind_directions import percent
+from ...units import percent
 from .linearisation import REACH, box_of, others, predicted
 from .profile import MEMORY, Profile, Profiles
 from .profile_walk import Ended

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ...units import percent
 from ..contents.schema import BinsRecord, Report
 from ..format import number
 from .motion_plots import finite
@@ -50,7 +51,7 @@ def _binned(k: int, b: BinsRecord, force: str) -> Group:
     name = f"{_KINDS[b.kind]} over {b.variable}"
     outside = int(np.count_nonzero(np.abs(mean) > chance))
     alt = (
-        f"{name}: the bins explain {100 * b.share:.2g} % of its variance beyond chance; outside "
+        f"{name}: the bins explain {percent(b.share)} of its variance beyond chance; outside "
         f"the band: {outside} of {len(at)}; the farthest from zero: "
         f"{number(float(np.abs(mean).max()), 3)} {force}."
     )

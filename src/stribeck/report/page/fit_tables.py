@@ -8,7 +8,7 @@ import numpy as np
 
 from ...identify.card import Card, HoldoutCard, ObjectiveCard, ParameterCard
 from ...identify.uncertainty.sensitivity import ENDS
-from ...units import unit
+from ...units import percent, unit
 from ..contents.schema import LogRecord, Report
 from ..figures.motion_plots import APART, part_name
 from ..format import DASH, number, unit_label, with_error
@@ -302,7 +302,7 @@ def effects(report: Report) -> Table | None:
     if not report.effects:
         return None
     rows = [
-        [e.text, f"{100 * e.share:.2g} %", number(e.size, 3),
+        [e.text, percent(e.share), number(e.size, 3),
          "under 1e-6" if e.probability < LEAST else f"{e.probability:.1g}", e.moves or DASH]
         for e in report.effects
     ]  # fmt: skip
