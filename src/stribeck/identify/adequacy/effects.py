@@ -17,11 +17,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.zero_phase import BLOCK
 from ...space import Array
+from .acceleration_error import without_motion_error
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
 from .patterns import Kind, Pattern, Variable, carrier, patterns, tone, wave_shares
 from .recurrence import SEEN, Recurrence, recurrence
+from .remainder import Remainder
 from .residual_rows import FEWEST, ROWS, ResidualRows, blocks
 from .reversals import CONCENTRATED, ROWS_BEHIND, behind_reversals, mark_of_reversals
 
@@ -101,36 +102,6 @@ class Effects:
     effects: tuple[Effect, ...]
     noise: float
     recurrence: Recurrence | None = None
-
-
-class Remainder:
-    """What parameters and patterns leave of a residual, and what they come to.
-
-    Args:
-        rows: The rows.
-        columns: Of the patterns, (rows, k).
-    """
-
-    def __init__(self, rows: ResidualRows, columns: Array) -> None:
-        A = np.column_stack([rows.jacobian, columns])
-        lengths = np.sqrt(np.einsum("ij,ij->j", A, A))
-        lengths[lengths == 0] = 1.0
-        A /= lengths
-        values, vectors = np.linalg.eigh(np.einsum("ij,ik->jk", A, A))
-        seen = values > 1e-9 * values[-1]
-        root = vectors[:, seen] / np.sqrt(values[seen])
-        for k in range(0, len(A), BLOCK):  # in place: of a long log a copy is as large as it
-            A[k : k + BLOCK, : root.shape[1]] = np.einsum("ij,jk->ik", A[k : k + BLOCK], root)
-        self._basis = A[:, : root.shape[1]]
-        inner = np.einsum("ij,i->j", self._basis, rows.residual)
-        self.x: Array = root @ inner / lengths
-        self.rows = replace(rows, residual=self.without(rows.residual))
-
-    def without(self, columns: Array) -> Array:
-        """Columns (rows, ...) less what parameters and patterns make of them."""
-        inner = np.einsum("ij,i...->j...", self._basis, columns)
-        left: Array = columns - np.einsum("ij,j...->i...", self._basis, inner)
-        return left
 
 
 def effects(rows: ResidualRows) -> Effects:
@@ -258,6 +229,13 @@ def _candidate(
     if not (seen or named):
         return None
     gains = [_gain(remainder, p.columns) for p in known]
+    if look.kind == "inertia" and rows.noisier is not None:
+        steps = Pattern("", partial(_steps, rows, look))
+        gains, chances = without_motion_error(remainder, [*known, steps], block)
+        seen = seen and chances[-1] <= CHANCE_NAMED
+        named = [i for i in range(len(known)) if chances[i] <= CHANCE_NAMED]
+        if not (seen or named):
+            return None
     among = range(len(known)) if seen else named
     best = max(among, key=lambda i: gains[i])
     if seen and gains[best] < NAMED * bins.share:

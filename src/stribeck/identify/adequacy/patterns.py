@@ -87,7 +87,7 @@ class Pattern:
         if self.name != "change":
             return [self]
         before = rows.since < self.scale
-        share = np.sum(rows.acceleration[before] ** 2) / np.sum(rows.acceleration**2)
+        share = np.sum(rows.inertial[before] ** 2) / np.sum(rows.inertial**2)
         reach = (LATEST - EARLIEST) / (CHANGES - 1)
         ends = np.clip([share - reach, share + reach], EARLIEST, LATEST)
         times = _times_of_shares(rows, ends)
@@ -150,7 +150,7 @@ def _warming(rows: ResidualRows, kind: Kind, seconds: float) -> Array:
 def _times_of_shares(rows: ResidualRows, shares: Array) -> list[float]:
     """Times since the start of a log before which shares of the squared accelerations lie."""
     order = np.argsort(rows.since, kind="stable")
-    energy = np.cumsum(rows.acceleration[order] ** 2)
+    energy = np.cumsum(rows.inertial[order] ** 2)
     at = np.searchsorted(energy, shares * energy[-1])
     times: list[float] = np.unique(rows.since[order][np.minimum(at, len(order) - 1)]).tolist()
     return times
@@ -162,8 +162,8 @@ def carrier(rows: ResidualRows, kind: Kind) -> Array:
         return rows.direction
     if kind == "force":
         return np.ones(len(rows))
-    size = float(np.sqrt(np.mean(rows.acceleration**2)))
-    return rows.acceleration / (size or 1.0)
+    size = float(np.sqrt(np.mean(rows.inertial**2)))
+    return rows.inertial / (size or 1.0)
 
 
 def wave_shares(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -42,6 +43,11 @@ class ResidualRows:
         reach: Rows to each side that a filter mixes with one.
         sampling: What sampling leaves at most of the force of a model that is right, (rows, any).
         pace: Speed below which it does not slide, SI; a share of the top speed if that is more.
+        thinned: Acceleration thinned as the force is, by which its inertia is known, (rows,); the
+            acceleration itself where None.
+        noisier: Thinned acceleration, residual and jacobian of all rows with the error of the
+            motion added once more, by chance, several times; None where the motion has none.
+        place: Of each row among those, (rows,).
     """
 
     log: NDArray[np.intp]
@@ -58,6 +64,9 @@ class ResidualRows:
     pace: float = 0.0
     reach: int = 1
     sampling: Array | None = field(default=None, repr=False)
+    thinned: Array | None = field(default=None, repr=False)
+    noisier: Callable[[], Iterator[tuple[Array, Array, Array]]] | None = None
+    place: NDArray[np.int32] | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -67,6 +76,11 @@ class ResidualRows:
         """Sign of the velocity, (rows,)."""
         direction: Array = np.sign(self.velocity)
         return direction
+
+    @property
+    def inertial(self) -> Array:
+        """Acceleration that a force of inertia is in proportion to, (rows,)."""
+        return self.acceleration if self.thinned is None else self.thinned
 
     @property
     def logs(self) -> tuple[int, ...]:
@@ -97,10 +111,18 @@ class ResidualRows:
         """The rows that are chosen."""
         arrays = ("log", "t", "position", "velocity", "acceleration", "residual", "jacobian")
         columns = {name: getattr(self, name)[chosen] for name in arrays}
-        for name in ("other", "sampling"):
+        for name in ("other", "sampling", "thinned", "place"):
             values = getattr(self, name)
             columns[name] = None if values is None else values[chosen]
         return replace(self, **columns)
+
+    def with_more_error(self) -> Iterator[ResidualRows]:
+        """The rows with the error of the motion added once more, by chance, several times."""
+        if self.noisier is None or self.place is None:
+            return
+        for thinned, residual, jacobian in self.noisier():
+            at = self.place
+            yield replace(self, thinned=thinned[at], residual=residual[at], jacobian=jacobian[at])
 
     def sliding(self) -> ResidualRows:
         """The rows in which the axis slides, and has and will as far as a filter reaches.

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..adequacy.residual_rows import ResidualRows
+from .regression import accelerations
 from .sampling_residual import sampling_residual
 
 if TYPE_CHECKING:
+    from ...space import Array
     from ..uncertainty.estimates import Estimate
     from .balance import Balance
+    from .regression import System
     from .sensor_bias import SensorBias
 
 
 def balance_rows(
-    solution: Balance, estimates: Sequence[Estimate], bias: SensorBias | None
+    solution: Balance,
+    estimates: Sequence[Estimate],
+    bias: SensorBias | None,
+    noisier: Callable[[], Iterator[System]],
 ) -> ResidualRows:
     """The residual of a solved balance beside its motion.
 
@@ -28,7 +34,14 @@ def balance_rows(
         solution: The balance.
         estimates: Of all its parameters, in their order.
         bias: What the error of the motion has moved it by.
+        noisier: The balance with that error added once more, as `noisier_systems` makes it.
     """
+
+    def drawn() -> Iterator[tuple[Array, Array, Array]]:
+        for system in noisier():
+            residual = system.y - system.predicted(solution.values[None])[:, 0]
+            yield accelerations(system.logs), residual, system.jacobian(solution.values)
+
     logs, free = solution.system.logs, solution.system.free
     half_widths = np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free])
     if bias is not None:
@@ -45,4 +58,7 @@ def balance_rows(
         values=solution.values[free],
         half_widths=half_widths,
         sampling=sampling_residual(solution),
+        thinned=accelerations(logs),
+        noisier=drawn,
+        place=np.arange(len(solution.residuals), dtype=np.int32),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -46,7 +47,7 @@ from .known_load import load_notes
 from .known_mass import calibration, mass_violations
 from .one_way import moves_one_way, one_way_violations, without_offset
 from .regression import System
-from .sensor_bias import SensorBias, sensor_bias
+from .sensor_bias import SensorBias, noisier_systems, sensor_bias
 from .synchronisation import synchronised
 from .training_rows import counting
 from .velocity_source import VelocitySource
@@ -110,7 +111,8 @@ def _solved(
 
     def seen(judged: Sequence[Estimate]) -> Effects:
         release(solved.system.samples)
-        return effects(balance_rows(solved, judged, bias))
+        noisier = partial(noisier_systems, solved, synchrony.recordings, synchrony.rows)
+        return effects(balance_rows(solved, judged, bias, noisier))
 
     return SolvedLogs(
         synchrony.data, synchrony.recordings, solved, residuals, uncertain, checks, slopes,

@@ -247,6 +247,15 @@ class System:
         return J
 
 
+def accelerations(logs: Sequence[Log]) -> Array:
+    """The accelerations of logs as a balance has them, thinned like the force, (rows,)."""
+
+    def of_log(log: Log) -> Array:
+        return log.thin(lambda at: log.motion(at).a)
+
+    return stacked([of_log(log) for log in logs])
+
+
 def stacked(parts: Sequence[Array]) -> Array:
     """The rows of all logs, (rows, ...); of a single one no copy."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -9,7 +9,7 @@ step of Gauss and Newton takes the place of a refit).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,7 @@ from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
 from . import variable_projection
 from .balance import prediction
-from .regression import System, stacked
+from .regression import System, accelerations
 from .rows import filtered_logs
 from .settled_rows import rows_of
 
@@ -191,12 +191,9 @@ def acceleration_noise(
         recordings: Its logs.
         rows: Which of their samples count.
     """
+    logs = solved.system.logs
     noisier = _noisier_logs(solved, recordings, rows, np.random.default_rng(SEED))
-    errors = [
-        _accelerations(replace(noisy, unsure=log.unsure)) - _accelerations(log)
-        for log, noisy in zip(solved.system.logs, noisier, strict=True)
-    ]
-    return float(np.std(stacked(errors)))
+    return float(np.std(accelerations(noisier) - accelerations(logs)))
 
 
 def mass_of(solved: Balance) -> float:
@@ -205,10 +202,6 @@ def mass_of(solved: Balance) -> float:
     columns = rig.columns_of(np.array([0.0, 1.0]), np.zeros((2, len(LOADS))))
     own = zip(rig.own(law), solved.values[len(law.params) :], strict=True)
     return sum(float(value * np.ptp(columns[q.name])) for q, value in own)
-
-
-def _accelerations(log: Log) -> Array:
-    return log.thin(lambda at: log.motion(at).a)
 
 
 def _source(recording: Recording, filtering: Filtering) -> Array:
@@ -230,14 +223,31 @@ def _move(
     rng: np.random.Generator,
 ) -> Array:
     """By how much the free parameters move with the error added once more, (free,)."""
-    release(solved.system.samples)  # what a balance and its delay took
-    system = System(solved.system.parameters, _noisier_logs(solved, recordings, rows, rng))
+    system = _noisier_system(solved, recordings, rows, rng)
     J = system.jacobian(solved.values)
     r = system.y - system.predicted(solved.values[None])[:, 0]
     seen = np.isfinite(np.diag(solved.covariance))
     move = np.zeros(J.shape[1])
     move[seen] = variable_projection.least_squares(J if seen.all() else J[:, seen], r)
     return move
+
+
+def noisier_systems(
+    solved: Balance, recordings: Sequence[Recording], rows: Sequence[Rows | None]
+) -> Iterator[System]:
+    """A balance with the error of the motion added once more, by chance, several times."""
+    rng = np.random.default_rng(SEED)
+    return (_noisier_system(solved, recordings, rows, rng) for _ in range(DRAWS))
+
+
+def _noisier_system(
+    solved: Balance,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows | None],
+    rng: np.random.Generator,
+) -> System:
+    release(solved.system.samples)  # what a balance and its delay took
+    return System(solved.system.parameters, _noisier_logs(solved, recordings, rows, rng))
 
 
 def _noisier_logs(

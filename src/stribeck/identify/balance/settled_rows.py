@@ -43,11 +43,19 @@ def settled(system: System, p: Array) -> System:
 def rows_of(logs: Sequence[Log], others: Sequence[Log]) -> list[Log]:
     """Logs with the rows that count in others, of the same samples.
 
+    A signal is bridged where the others are: its ends would be as noisy as full-rate samples are.
     Their loads are those of the others, whose recordings are kept anyway: of a noisier copy of a
     long log nothing is left once it is filtered.
     """
     return [
-        replace(log, counts=other.counts, t=other.t, weight=other.weight, loads=other.loads)
+        replace(
+            log,
+            counts=other.counts,
+            t=other.t,
+            weight=other.weight,
+            loads=other.loads,
+            unsure=other.unsure,
+        )
         for log, other in zip(logs, others, strict=True)
     ]
 
