@@ -89,5 +89,5 @@ def test_fine_samples_make_a_held_torque_one_that_follows() -> None:
 
 def test_another_hold_is_refused() -> None:
     p = np.array([[F_C, F_V, J, G_SIN, G_COS, G_0]])
-    with pytest.raises(InputError, match="hold = 3: it is 0 for a demand that follows"):
+    with pytest.raises(InputError, match="hold = 3 must be 0, 1 or 2"):
         joint(3.0).simulate(LAWS["coulomb-viscous"], p, log())

@@ -15,9 +15,11 @@ from command import Completed, caller
 from foreign import parts as plain_steps
 from stribeck import LAWS, InputError, Recording, identify
 from stribeck.identify.card import Card
+from stribeck.identify.data_check import data_violations
 from stribeck.rig.axis_draft import axis_draft
 from stribeck.rig.axis_table import composed_axis
 from stribeck.rig.composed import ComposedRig, settings
+from stribeck.rig.log_reading import read_for
 from stribeck.rig.lookup import rig_named
 from stribeck.rig.parts import PARTS, Part, part_named
 from stribeck.rig.simulated import as_simulated
@@ -260,8 +262,22 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         (
             "[columns]",
             "[inputs]\nenabled = 'on'\nexternal = 'on'\n[columns]",
-            "inputs.external: column 'on' is that of enabled already",
+            "inputs.external: column 'on' is that of inputs.enabled already",
         ),
+        (
+            "[columns]",
+            "[inputs]\nexternal = 'goal [rad]'\n[columns]",
+            "inputs.external: column 'goal .rad.' is that of command already",
+        ),
+        (
+            "l = 0.2",
+            "l = { column = 'torque_enable', value = 1.0 }",
+            "l: column 'torque_enable' is that of inputs.enabled already",
+        ),
+        ("l = 0.2", "l = { column = ' ', value = 1.0 }", "l: ' ' is no head of a column"),
+        ("l = 0.2", 'l = "1e308 km"', "l: '1e308 km' is no finite number"),
+        ("F_C = [0, 1]", "F_C = [0, 5e-324]", "F_C: range 0:4.94066e-324 cannot be searched"),
+        ("l = 0.2", "l = { free = [1e-290, 1e290] }", "l: range 1e-290:1e.290 cannot be searched"),
         (
             "[columns]",
             "[inputs]\ngoal_velocity = 'v'\n[columns]",
@@ -270,7 +286,7 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         (
             "[columns]",
             "[inputs]\nlamp = 'x'\n[columns]",
-            "no input 'lamp': there are goal_velocity",
+            "no input 'lamp': there are feed_forward",
         ),
         ("F_C = [0, 1]", "F_X = [0, 1]", "ranges: no law has a parameter 'F_X'"),
         ("law =", "kind_ =", "kind_: a rig file has no such word"),
@@ -597,3 +613,65 @@ def test_a_constant_that_changes_and_a_column_that_is_absent_are_told(
     told = [w for w in rising.warnings if "states kp goes from 12.6 to 15.4" in w]
     assert "its median, 14, counts" in told[0]
     assert not {e.verdict for e in rising.estimates} & {"identified"}
+
+
+def test_values_have_the_units_of_their_axis() -> None:
+    """Of a rotary one, and of a motor that turns before a screw."""
+    turns: dict[str, Any] = {
+        "rotary": True, "load": {"mass": {"M": "200 g cm**2"}},
+        "transmission": {"gear": {"ratio": 3.0}}, "motor": {"force": {"F_max": "3 N m"}},
+    }  # fmt: skip
+    rig = composed_axis(turns, "axis")
+    assert rig["M"] == pytest.approx(2e-5)
+    with pytest.raises(InputError, match=r"load\.mass\.M: '0.6 kg': it is in kg m"):
+        composed_axis(turns | {"load": {"mass": {"M": "0.6 kg"}}}, "axis")
+    screw: dict[str, Any] = {
+        "load": {"mass": {"M": "2 kg"}}, "transmission": {"screw": {"lead": "5 mm"}},
+        "motor": {"force": {"armature": "200 g cm**2"}},
+    }  # fmt: skip
+    assert composed_axis(screw, "axis")["armature"] == pytest.approx(2e-5)
+
+
+def test_a_column_that_an_axis_names_is_no_channel(tmp_path: Path) -> None:
+    """Though its head is that of one: it would be the velocity, and no goal of it."""
+    (tmp_path / "axis.toml").write_text(
+        'inputs = { goal_velocity = "qd [mm/s]" }\n[controller.pd]\nkp = 900\nkd = 60\n'
+        "[load.mass]\nM = 5\n[columns]\ntime = 't [s]'\nposition = 'q [m]'\ncommand = 'goal [m]'\n",
+        encoding="utf-8",
+    )
+    table = np.column_stack([t, 0.1 * np.sin(t), 0.1 * np.sin(t), np.full(len(t), 7.0)])
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header="t [s],q [m],goal [m],qd [mm/s]",
+               comments="")  # fmt: skip
+    rig = as_simulated(rig_named(str(tmp_path / "axis.toml")))
+    log = read_for(rig, tmp_path / "log.csv", None)
+    assert log.velocity is None
+    assert isinstance(rig, ComposedRig)
+    np.testing.assert_allclose(rig.inputs(log)["goal_velocity"], 7e-3)
+
+
+def test_what_is_recorded_takes_no_feed_forward() -> None:
+    table: dict[str, Any] = {"motor": {"current": {"k_t": 1.0}}, "load": {"mass": {"M": 1.0}}}
+    with pytest.raises(InputError, match=r"inputs.feed_forward: .* it takes a controller"):
+        composed_axis(table | {"inputs": {"feed_forward": "ff"}}, "axis")
+    still, ones = np.zeros(len(t)), np.ones(len(t))
+    log = Recording(t=t, position=still, current=ones, extra={"feed_forward": ones})
+    assert "feed_forward" not in composed_axis(table, "axis").inputs(log)
+
+
+def test_a_controller_with_another_clock_than_its_log_is_told() -> None:
+    table: dict[str, Any] = {"load": {"mass": {"M": 1.0}}}
+    loop = {"kp": 20.0, "kv": 300.0, "ki": 8.0}
+    log = Recording(t=t, position=np.zeros(len(t)), command=np.sin(t))
+    for stated, told in (({}, True), ({"T": 4e-3}, True), ({"T": 2e-3}, False)):
+        rig = composed_axis(table | {"controller": {"cascade": loop | stated}}, "axis")
+        sentences = [v.sentence for v in data_violations(rig, [log], [None]) if v.caps]
+        assert any("the controller computes every" in s for s in sentences) == told
+
+
+def test_a_value_that_a_log_overrules_is_told(axis_file: Path) -> None:
+    rig = rig_named(str(axis_file)).set(kp=20.0)
+    log = Recording(t=t, position=np.zeros(len(t)), extra={"gain": np.full(len(t), 14.0)})
+    (sentence,) = [
+        v.sentence for v in data_violations(rig, [log], [None]) if "kp is set" in v.sentence
+    ]
+    assert "kp is set to 20, and logs state it in a column of theirs (14), which counts" in sentence

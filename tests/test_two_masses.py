@@ -29,10 +29,10 @@ AXES: dict[str, tuple[dict[str, float], str, dict[str, Array]]] = {
     "play in a loop": (SERVO | GAINS, "coulomb-viscous", {"goal": GOAL}),
     "play and a lossy gear": (SERVO | {"eta": 0.8, "eta_back": 0.6}, "coulomb-viscous",
                               {"force": FORCE}),
-    "behind a gear": (SERVO | {"ratio": 5.0, "armature": 0.1}, "coulomb-viscous",
+    "behind a gear": (SERVO | {"gear": 5.0, "armature": 0.1}, "coulomb-viscous",
                       {"force": 0.2 * FORCE}),
     "a loop behind a gear": (
-        SERVO | {"ratio": 5.0, "armature": 0.1, "kp": 4e3, "kd": 60.0}, "coulomb-viscous",
+        SERVO | {"gear": 5.0, "armature": 0.1, "kp": 4e3, "kd": 60.0}, "coulomb-viscous",
         {"goal": GOAL},
     ),
     "a load that sticks and jumps": (
@@ -48,7 +48,7 @@ def test_two_masses_are_their_equations(name: str) -> None:
     """Plain steps come nearer and nearer, in proportion to their length."""
     values, law, inputs = AXES[name]
     motor, load = moved(rig_of(values, law), values, **inputs)
-    n = values.get("ratio", 1.0)
+    n = values.get("gear", 1.0)
     drive = {"drive" if name == "force" else name: x for name, x in inputs.items()}
     drive |= {"drive": n * drive["drive"]} if "drive" in drive else {}
     stated = {"M_m": n * n * values["armature"], **values}
@@ -246,7 +246,7 @@ def test_what_moves_one_mass_refuses_two(two_encoders: Fit) -> None:
         ("armature = 2.0", "", "motor.force: .* inertia of its own: state armature"),
         ("armature = 2.0", "armature = 2.0\nF_fm = 3.0", r"F_fm: friction of a motor with inertia"),
         ("play = { free = [1e-4, 5e-4] }", "play = -1e-4", "play = -0.0001 must not be below 0"),
-        ("armature = 2.0", "armature = 0.0", "needs an inertia above zero of the motor"),
+        ("armature = 2.0", "armature = 0.0", "armature = 0: the motor of an axis of two masses"),
         ("[sensor.load]", "[sensor.lead-error]\nerr_period = 0.1", "sensor.lead-error is of one"),
         ('side = "both"', 'side = "left"', "friction.side"),
         ('side = "both"', 'side = "load"\nmotor = "dahl"', "friction.motor: the motor's own law"),

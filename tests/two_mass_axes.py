@@ -32,16 +32,15 @@ def rig_of(values: dict[str, float], law: str = "coulomb-viscous", **changed: An
     parts = {
         "controller": ("damped", ("kp", "kd")) if commanded else ("none", ()),
         "motor": ("force", ("armature",)),
-        "transmission": (
-            "compliant",
-            ("ratio", "stiffness", "damping", "play", "start", "eta", "eta_back"),
-        ),
+        "transmission": ("compliant", ("stiffness", "damping", "play", "start", "eta", "eta_back")),
         "load": ("mass", ("M", "offset")),
     }
     table: dict[str, Any] = {
         role: {name: {n: values[n] for n in names if n in values}}
         for role, (name, names) in parts.items()
     }
+    if "gear" in values:  # a law has a ratio, too
+        table["transmission"]["compliant"]["ratio"] = values["gear"]
     table |= {"law": law, "friction": {"side": "both"}, "sensor": SENSORS, "tolerance": 1e-3}
     rig = composed_axis(table | changed, "test")
     assert isinstance(rig, TwoMassRig)

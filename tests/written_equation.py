@@ -62,8 +62,8 @@ def pending_of(lines: Sequence[str]) -> dict[str, str]:
 
 
 def _along(definitions: Mapping[str, str], known: Mapping[str, Any], q: Any) -> Any:
-    x = _value(definitions["x"], {**known, "q": q})
-    return _value(definitions["q_m"], {**known, "q": q, "x": x})
+    y = _value(definitions["y"], {**known, "q": q})
+    return _value(definitions["q_m"], {**known, "q": q, "y": y})
 
 
 def _definitions(line: str) -> list[tuple[str, str]]:

@@ -33,6 +33,8 @@ BORROWED: dict[Origin, float] = {"the paper": 0.1, "inferred": 0.5, "example": 0
 #: Tolerance of a value on a nameplate or in a catalogue, as a share of it: what makers of servo
 #: motors state, as a rule, of torque constants and resistances.
 NAMEPLATE = 0.1
+#: Source of a constant that the user has set.
+GIVEN = "given"
 #: The least value of what has to be above zero.
 SMALLEST = sys.float_info.min
 #: A tolerance is twice a standard deviation (an expanded uncertainty with k = 2).
@@ -92,11 +94,13 @@ class Constant:
         if tolerance and self.origin == "setting":
             raise InputError(f"{self.name} is a setting of the simulation: it has no tolerance")
         written = unit(self.unit)
+        if not math.isfinite(tolerance):
+            raise InputError(f"{self.name}: its tolerance is no finite number")
         return replace(
             self,
             value=float(written.to_si(shown)),
             tolerance=tolerance * written.factor,
-            source="given" if origin == "yours" else f"its {origin}",
+            source=GIVEN if origin == "yours" else f"its {origin}",
             origin=self.origin if self.origin == "setting" else origin,
         )
 

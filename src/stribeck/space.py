@@ -19,6 +19,10 @@ Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 
+#: Widths of a range that can be searched.
+_NARROWEST, _WIDEST = 1e-100, 1e100
+
+
 @dataclass(frozen=True, slots=True)
 class Param:
     """One scalar to be found: its name, its range and its unit, in SI.
@@ -48,6 +52,15 @@ class Param:
             raise InputError(f"{self.name}: range {self.lower}:{self.upper} is not finite")
         if not self.lower < self.upper:
             raise InputError(f"{self.name}: lower {self.lower} is not below upper {self.upper}")
+        if not _NARROWEST <= self.upper - self.lower <= _WIDEST:
+            raise InputError(
+                f"{self.name}: range {self.lower:g}:{self.upper:g} cannot be searched: a range is "
+                f"from {_NARROWEST:g} to {_WIDEST:g} wide"
+            )
+        if self.log and 0 < self.lower < _NARROWEST:
+            raise InputError(
+                f"{self.name}: range {self.lower:g}:{self.upper:g} begins below {_NARROWEST:g}"
+            )
         if self.log and self.lower <= 0:
             raise InputError(f"{self.name}: a log range needs lower > 0, got {self.lower}")
 

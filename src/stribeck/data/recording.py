@@ -252,7 +252,11 @@ class Recording:
         stated = take_apart(column).unit
         written = None if stated is None else known_unit("", stated)
         if written is not None and written.dimension == unit(si).dimension:
-            return np.asarray(written.to_si(values))
+            with np.errstate(over="ignore"):
+                values = np.asarray(written.to_si(values))
+            if not np.isfinite(values).all():
+                raise InputError(f"{self.label}: column {shortened(column)}: is beyond all numbers")
+            return values
         if stated is not None and si and column.rstrip().endswith("]"):
             raise InputError(
                 f"{self.label}: column {shortened(column)} is in {stated}, and what is read from "

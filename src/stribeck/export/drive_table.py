@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import InputError
 from ..friction.curve import knots_of
 from ..space import Array
-from ..units import unit
+from ..units import percent, unit
 from .model import Model
 
 #: Points a drive has room for, unless told otherwise; at least and at most.
@@ -202,7 +202,7 @@ def text(model: Model, drive_table: DriveTable) -> str:
         which = "both directions" if drive_table.symmetric else name
         lines.append(
             f"# {which}: {len(side.speeds)} points, greatest error {side.worst:.3g} {force} "
-            f"({100 * side.worst / drive_table.largest:.2g} % of the largest friction), RMS "
+            f"({percent(side.worst / drive_table.largest)} of the largest friction), RMS "
             f"{side.rms:.3g} {force}"
         )
         if drive_table.symmetric:

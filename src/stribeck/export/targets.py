@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..identify.card import Card, Carded
 from ..presenters import presenter
 from ..text_file import page_bytes
-from ..units import unit
+from ..units import percent, unit
 from ..wording import either, option
 from .model import Model, model_of
 
@@ -232,7 +232,7 @@ def _table(model: Model, points: int | None = None, speed: float | None = None) 
     worst = max(drive_table.plus.worst, drive_table.minus.worst)
     note = (
         f"the table is off by at most {worst:.3g} {model.force_unit}, "
-        f"{100 * worst / drive_table.largest:.2g} % of the largest friction"
+        f"{percent(worst / drive_table.largest)} of the largest friction"
     )
     return Exported({"friction.csv": text(model, drive_table).encode()}, (note,))
 

@@ -357,7 +357,7 @@ class Card(_CardEntry):
         if self.drive is not None:
             shipped = shipped.driven(DriveChain.of_table(self.drive))
         rig: Rig = replace(
-            _with_constants(shipped, self.constants),
+            _with_constants(shipped, self._counting()),
             name=self.rig,
             columns=self.columns or shipped.columns,
         )
@@ -391,6 +391,15 @@ class Card(_CardEntry):
         fixed = {n: v for n, v in values.items() if n != last}
         parameters = partition(rig, law, fixed=fixed, objective=objective)
         return parameters, p
+
+    def _counting(self) -> dict[str, ConstantCard]:
+        """Its constants; what all logs have stated alike counts in place of the rig's."""
+        return {
+            name: entry.model_copy(update={"value": self.stated[name][0]})
+            if name in self.stated and self.stated[name][0] == self.stated[name][1]
+            else entry
+            for name, entry in self.constants.items()
+        }
 
     def _shipped(self) -> Rig:
         """The rig that its own is a variant of: a shipped one, or that of its parts."""
@@ -433,7 +442,8 @@ def _with_constants(shipped: Rig, entries: Mapping[str, ConstantCard]) -> Rig:
     constants = []
     for c in shipped.constants:
         if (entry := entries.get(c.name)) is not None:
-            value = c.value if entry.value == c.shown else _si(c.name, entry, c.unit)
+            read = _si(c.name, entry, c.unit)
+            value = c.value if entry.value == c.shown else read
             tolerance = entry.tolerance * unit(entry.unit).factor
             source = c.source if entry.origin == c.origin else "its card"
             c = replace(  # noqa: PLW2901

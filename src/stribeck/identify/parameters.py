@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..constant import out_of_limits
 from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
@@ -215,6 +216,7 @@ def partition(
         _named(labels, every, a, rig, law): _named(labels, every, b, rig, law)
         for a, b in tied.items()
     }
+    _check_possible(rig, every, bounds | {name: (value,) for name, value in fixed.items()})
     for name in every:
         if sum(name in part for part in (fixed, bounds, tied)) > 1:
             raise InputError(f"{name} can be set, bounded or tied, not two of these at once")
@@ -247,6 +249,16 @@ def partition(
     )
     _check_meaning(parameters)
     return parameters
+
+
+def _check_possible(
+    rig: Rig, every: Mapping[str, Param], written: Mapping[str, Sequence[float]]
+) -> None:
+    """Refuse values, in the units that a rig shows, that a parameter of it cannot have."""
+    for name, values in written.items():
+        for value in values:
+            if fault := out_of_limits(in_si(rig, every[name], value), *rig.limits(name)):
+                raise InputError(f"{name} = {value:g} {fault}")
 
 
 def _check_loads(rig: Rig, law: Law) -> None:

@@ -7,8 +7,9 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from ..errors import InputError
 from .axis_table import ROLES, composed_axis
-from .composed import INPUT_COLUMNS
+from .composed import INPUT_COLUMNS, read_inputs
 from .parts import Coefficient, Part
 from .parts.axis_of_parts import in_units
 from .two_masses import MOTOR_POSITION, READING, SIDES, two_masses
@@ -47,6 +48,9 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
         InputError: parts that make no axis.
     """
     parts = tuple(_needed(p, parts) for p in in_units(parts, rotary=rotary))
+    names = [f"{p.role}.{p.name}" for p in parts]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise InputError(f"{twice[0]}: an axis file has each part once")
     lines = [
         "# An axis of parts. A coefficient is a number (exact), text with a tolerance such as",
         '# "12±4" or "12 nameplate", { free = [low, high] } to be identified within a range, or',
@@ -63,7 +67,11 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
         read = {p.name for p in parts if p.role == "sensor"} & {*SIDES}
         lines += ["", "[friction]", *_SIDES, *(() if read else _ENCODERS)]
     lines += ["", "# Columns of the logs that say more than the channels do.", "[inputs]"]
-    lines += [f'# {n} = "{INPUT_COLUMNS[n]}"  # {words}' for n, words in _INPUTS.items()]
+    lines += [
+        f'# {n} = "{INPUT_COLUMNS[n]}"  # {words}'
+        for n, words in _INPUTS.items()
+        if n in read_inputs(parts)
+    ]
     if two_masses(parts):
         lines.append(f'# {MOTOR_POSITION} = "{MOTOR_POSITION}"  # where both sides have an encoder')
     lines += [

@@ -6,14 +6,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from ..constant import Origin, quantity
 from ..errors import InputError
 from ..friction import LAWS, law_named
 from ..units import convertible, unit
-from .composed import INPUT_COLUMNS, ComposedRig, settings
+from .composed import INPUT_COLUMNS, ComposedRig, read_inputs, settings
 from .parts import Coefficient, Part, part_named
+from .parts.axis_of_parts import in_units
 from .search_ranges import with_ranges
 from .two_masses import MOTOR_POSITION, READING, SIDES, TOLERANCE, TwoMassRig, two_masses
 
@@ -95,13 +97,15 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
     """
     content = AxisTable.model_validate(table)
     columns: dict[str, str] = {}
-    parts = [
-        _part(role, part, stated, columns)
+    named = [
+        (part_named(role, name), stated)
         for role in ROLES
-        for part, stated in getattr(content, role).items()
+        for name, stated in getattr(content, role).items()
     ]
+    units = in_units([part for part, _ in named], rotary=content.rotary)
+    parts = [_part(part, stated, columns) for part, (_, stated) in zip(units, named, strict=True)]
     kind, sides = _masses(content, parts)
-    _check_inputs(content, parts, columns)
+    _check_columns(content, parts, columns)
     inputs = {**INPUT_COLUMNS, **content.inputs}
     if MOTOR_POSITION in inputs:
         sides["motor_column"] = inputs.pop(MOTOR_POSITION)
@@ -142,35 +146,39 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
     return with_ranges(rig, content.ranges)
 
 
-def _check_inputs(content: AxisTable, parts: list[Part], columns: Mapping[str, str]) -> None:
-    """Refuse inputs that there are not, that nothing reads, or whose column is another's.
+def _check_columns(content: AxisTable, parts: list[Part], columns: Mapping[str, str]) -> None:
+    """Refuse inputs that there are not or that nothing reads, and one column for two things.
 
     Args:
         content: The table.
         parts: Its parts.
         columns: Coefficients that logs state, by column.
     """
-    readers = {
-        **dict.fromkeys(INPUT_COLUMNS, True),
-        "goal_velocity": any(p.takes_velocity for p in parts),
+    both = {p.name for p in parts if p.role == "sensor"} >= {*SIDES}
+    reads = (*read_inputs(parts), *([MOTOR_POSITION] if two_masses(parts) and both else []))
+    needs = {
+        "goal_velocity": "a controller that takes the command's velocity",
+        "feed_forward": "a controller",
+        MOTOR_POSITION: "[transmission.compliant], [sensor.motor] and [sensor.load]",
     }
-    if two_masses(parts):
-        readers[MOTOR_POSITION] = {p.name for p in parts if p.role == "sensor"} >= {*SIDES}
-    owners = dict(columns)
-    for name, column in content.inputs.items():
-        if name not in readers:
-            raise InputError(f"inputs: no input {name!r}: there are {', '.join(readers)}")
-        if not readers[name]:
-            needed = (
-                "[sensor.motor] and [sensor.load]"
-                if name == MOTOR_POSITION
-                else ("a controller that takes the command's velocity")
-            )
+    for name in content.inputs:
+        if name not in (*INPUT_COLUMNS, *needs):
+            raise InputError(f"inputs: no input {name!r}: there are {', '.join(reads)}")
+        if name not in reads:
+            needed = needs[name]
             raise InputError(f"inputs.{name}: nothing of this axis reads it: it takes {needed}")
-        if column in owners:
-            raise InputError(
-                f"inputs.{name}: column {column!r} is that of {owners[column]} already"
-            )
+    owners: dict[str, str] = {}
+    for channel, entry in content.columns.items():
+        head = entry.get("column") if isinstance(entry, dict) else entry
+        if isinstance(head, str):
+            owners[head] = channel
+    unnamed = {n: column for n, column in INPUT_COLUMNS.items() if n not in content.inputs}
+    pairs = [(f"inputs.{n}", column) for n, column in {**unnamed, **content.inputs}.items()]
+    for name, column in [*pairs, *((n, column) for column, n in columns.items())]:
+        if not column.strip() or not column.isprintable():
+            raise InputError(f"{name}: {column!r} is no head of a column")
+        if other := owners.get(column):
+            raise InputError(f"{name}: column {column!r} is that of {other} already")
         owners[column] = name
 
 
@@ -227,6 +235,11 @@ def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], d
             f"motor.{motor.name}: with [transmission.compliant] the motor has an inertia of its "
             "own: state armature"
         )
+    if not any(p.stated(c) for p in parts if p.role == "load" for c in p.inertia):
+        raise InputError(
+            "load: with [transmission.compliant] the load has an inertia of its own: it takes a "
+            "load.mass, load.inertia or load.pendulum"
+        )
     friction = content.friction or _Friction()
     if friction.motor:
         law_named(friction.motor)  # says which there are
@@ -262,10 +275,9 @@ def _memory(states: bool, parts: list[Part]) -> dict[str, Any]:
     return {"history": remembers, "floating": remembers}
 
 
-def _part(role: str, name: str, stated: Mapping[str, Any], columns: dict[str, str]) -> Part:
+def _part(part: Part, stated: Mapping[str, Any], columns: dict[str, str]) -> Part:
     """A part with what a table says of its coefficients; columns of logs go into `columns`."""
-    part = part_named(role, name)
-    place = f"{role}.{name}"
+    place = f"{part.role}.{part.name}"
     return part.with_coefficients(
         *(_coefficient(part[key], value, place, columns) for key, value in stated.items())
     )
@@ -332,4 +344,7 @@ def _written(c: Coefficient, text: str, place: str) -> tuple[float, float, Origi
             written = f"it is in {c.unit}" if c.unit else f"it is a number alone: {c.doc}"
             raise InputError(f"{place}: {text!r}: {written}")
         factor = unit(stated.unit).factor / unit(c.unit).factor
-    return factor * stated.value, factor * stated.tolerance, stated.origin
+    value, tolerance = factor * stated.value, factor * stated.tolerance
+    if not np.isfinite(value) or not np.isfinite(tolerance):
+        raise InputError(f"{place}: {text!r} is no finite number with a finite tolerance")
+    return value, tolerance, stated.origin

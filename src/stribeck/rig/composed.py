@@ -103,6 +103,11 @@ class ComposedRig(SteppedRig):
         return cls(name=name, parts=parts, rotary=rotary, **declared)
 
     @property
+    def further_columns(self) -> frozenset[str]:
+        """Those of its inputs, too."""
+        return super().further_columns | {*self.input_columns.values()}
+
+    @property
     def commanded(self) -> bool:
         """Whether its position is asked for by a controller."""
         return any(p.commanded for p in self.parts)
@@ -130,6 +135,15 @@ class ComposedRig(SteppedRig):
         return {(p.role, p.name) for p in self.parts} <= _PUSHED
 
     @property
+    def clock(self) -> float | None:
+        """The sample time of a controller that integrates or takes differences, s; else None."""
+        used = {c.name for p in self.parts for c in p.coefficients if p.stated(c.name)}
+        timed = any(c.name == "T" for p in self.parts for c in p.coefficients)
+        if not (timed and used & {"ki", "difference"}):
+            return None
+        return next((c.value for c in self.constants if c.name == "T"), self._idle("T", 0.0))
+
+    @property
     def entry(self) -> int | None:
         """Where a compensator's output enters; None without a controller."""
         return FEED_FORWARD if self.commanded else None
@@ -149,10 +163,8 @@ class ComposedRig(SteppedRig):
         given = {
             name: recording.further(column, units[name])
             for name, column in self.input_columns.items()
-            if column in recording.extra
+            if column in recording.extra and name in read_inputs(self.parts)
         }
-        if not any(p.takes_velocity for p in self.parts):
-            given.pop("goal_velocity", None)
         if recording.known_force is not None:
             given["external"] = given.get("external", 0.0) - recording.known_force.values
         if not self.commanded:
@@ -212,11 +224,13 @@ class ComposedRig(SteppedRig):
                 raise InputError(f"rig {self.name}: {c.name} = {values[c.name]:g} {fault}")
         if values.get("hold", self._idle("hold", FOLLOWS)) != FOLLOWS:
             return
+        searched = {q.name for q in self.params}
         for name, what in _SAMPLED.items():
-            if values.get(name, 0.0) > 0:
+            if values.get(name, 0.0) > 0 or name in searched:
+                stated = f" = {values[name]:g}" if name in values else ""
                 raise InputError(
-                    f"rig {self.name}: {name} = {values[name]:g}: {what} is sampled: a controller "
-                    "with hold = 1 or 2"
+                    f"rig {self.name}: {name}{stated}: {what} is sampled: a controller with "
+                    "hold = 1 or 2"
                 )
 
     def _idle(self, name: str, absent: float) -> float:
@@ -358,6 +372,16 @@ def settings(
             "tolerance", tolerance, unit, "way by which a step may be off", source, least=SMALLEST
         ),
     )
+
+
+def read_inputs(parts: Iterable[Part]) -> tuple[str, ...]:
+    """Of `INPUT_COLUMNS` those that an axis of parts reads."""
+    parts = tuple(parts)
+    absent = {
+        "goal_velocity": not any(p.takes_velocity for p in parts),
+        "feed_forward": not any(p.commanded for p in parts),
+    }
+    return tuple(name for name in INPUT_COLUMNS if not absent.get(name))
 
 
 def check_roles(name: str, parts: tuple[Part, ...], rotary: bool) -> None:

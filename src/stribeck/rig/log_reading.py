@@ -33,6 +33,7 @@ def read_for(
         log,
         columns=usual if columns is None else columns,
         lenient=columns is None,
+        others=() if rig is None else rig.further_columns,
         drive=None if rig is None else rig.chain,
         **words,
     )

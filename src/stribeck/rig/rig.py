@@ -226,6 +226,11 @@ class Rig:
         )
 
     @property
+    def further_columns(self) -> frozenset[str]:
+        """Heads of its logs that it reads beside their channels."""
+        return frozenset()
+
+    @property
     def rests_on_force(self) -> bool:
         """Whether its fits rest on a measured force."""
         return self.approach == "force_balance" or self.applied_force

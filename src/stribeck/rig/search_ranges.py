@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from ..constant import out_of_limits
 from ..errors import InputError
 from ..friction import LAWS, law_named
 from .rig import Rig, in_si, stem
@@ -44,4 +45,7 @@ def with_ranges(
         if not low < high:
             raise InputError(f"ranges: {label}: {low} is not below {high}")
         chosen[key] = (in_si(rig, param, low), in_si(rig, param, high))
+        for end, written in zip(chosen[key], (low, high), strict=True):
+            if fault := out_of_limits(end, *rig.limits(key)):
+                raise InputError(f"ranges: {label}: an end is {written:g}: it {fault}")
     return replace(rig, ranges={**rig.ranges, **chosen}, bounded=rig.bounded | frozenset(chosen))

@@ -67,16 +67,28 @@ class SteppedRig(SimulatedRig):
         del recording
         raise InputError(f"rig {self.name} does not say what drives it")
 
+    @property
+    def further_columns(self) -> frozenset[str]:
+        """Those that state constants of a run."""
+        return frozenset(self.run_columns)
+
     def run_constants(self, recording: Recording) -> Array:
         """The constants that `run_columns` names, as a log states them, else the rig's."""
         stated = self.stated(recording)
         return np.array([stated.get(name, self[name]) for name in self.run_columns.values()])
 
     def stated(self, recording: Recording) -> Mapping[str, float]:
-        """The constants that a log states itself, SI by name: the median of their columns."""
-        return {
-            name: float(np.median(values)) for name, values in self.stated_over(recording).items()
-        }
+        """The constants that a log states itself, SI by name: the median of their columns.
+
+        Raises:
+            InputError: as `stated_over`, or one that it cannot be.
+        """
+        stated = {n: float(np.median(x)) for n, x in self.stated_over(recording).items()}
+        try:
+            self.check({c.name: c.value for c in self.constants} | stated)
+        except InputError as error:
+            raise InputError(f"{recording.label}: stated by a column: {error}") from error
+        return stated
 
     def stated_over(self, recording: Recording) -> Mapping[str, Array]:
         """The columns in which a log states constants, (N,) SI each, by the constant's name.

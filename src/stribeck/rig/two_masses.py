@@ -89,6 +89,11 @@ class TwoMassRig(ComposedRig):
     motor_column: str = MOTOR_POSITION
 
     @property
+    def further_columns(self) -> frozenset[str]:
+        """The motor's position, too."""
+        return super().further_columns | {self.motor_column}
+
+    @property
     def encoders(self) -> Side:
         """Which sides are read."""
         read = {p.name for p in self.parts if p.role == "sensor" and p.name in SIDES}
@@ -114,7 +119,11 @@ class TwoMassRig(ComposedRig):
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse values with which nothing can be simulated."""
         super().check(values)
-        if values.get("F_fm", 0.0) > 0.0:
+        if values.get("armature", 1.0) <= 0.0:
+            raise InputError(
+                f"rig {self.name}: armature = 0: the motor of an axis of two masses has an inertia"
+            )
+        if values.get("F_fm", 0.0) > 0.0 or any(q.name == "F_fm" for q in self.params):
             raise InputError(
                 f"rig {self.name}: F_fm: friction of a motor with inertia is a law: [friction] "
                 'side = "both"'
@@ -209,6 +218,12 @@ class TwoMassRig(ComposedRig):
         """The zero of the motor's encoder, SI; None where each log tells it."""
         value = self._value("zero", np.nan)
         return value if np.isfinite(value) else None
+
+    @property
+    def loses_its_zero(self) -> bool:
+        """Whether the middle of the play is told by logs in which a load pulls to one side."""
+        pulls = any(p.stated(name) for p in self.parts if p.role == "load" for name in p.forces)
+        return self.encoders == "both" and self.stated_zero is None and pulls
 
     @property
     def per_load(self) -> float:

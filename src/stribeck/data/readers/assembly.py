@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -63,6 +63,7 @@ def assembled(
     *,
     units: Mapping[str, str] | None = None,
     lenient: bool = False,
+    others: Collection[str] = (),
 ) -> Assembly:
     """The arguments of a `Recording`, but for its source.
 
@@ -74,6 +75,7 @@ def assembled(
         units: Unit by column, where the heads do not say it.
         lenient: Whether a mapped column that is not there is no reason to refuse; time and
             position must be.
+        others: Heads of columns that are no channels, whatever they are called.
 
     Raises:
         ChoiceError: a column that is needed is not there or has no unit.
@@ -83,6 +85,7 @@ def assembled(
         raise ChoiceError(log.lacking)
     timed = any(c.clock for c in log.channels) or used.rate is not None
     heads = Heads.of(log, used.joint, units or {}, timed=timed, drive=used.drive)
+    heads = replace(heads, bare={n: b for n, b in heads.bare.items() if n not in others})
     mapped = _present(heads, used.columns) if lenient else used.columns
     try:
         chosen, notes = chosen_columns(heads, mapped)

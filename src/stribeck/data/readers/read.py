@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,7 @@ def read(
     subtract: str | None = None,
     drive: DriveChain | Mapping[str, Any] | None = None,
     lenient: bool = False,
+    others: Collection[str] = (),
     keep_map: bool = False,
 ) -> Recording:
     """Read a log of any format of `readers`.
@@ -63,6 +64,8 @@ def read(
             TOML file has it in `[drive]`.
         lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
             says where its logs may have a channel, and asks for it if it needs it.
+        others: Heads of columns that are no channels, whatever they are called: a rig reads them
+            from `extra`.
         keep_map: Whether what was chosen is kept beside the log, for others with the same heads.
 
     Raises:
@@ -78,7 +81,7 @@ def read(
         used, lenient = opened.map, lenient and not opened.saved
         assembly = assembled(
             opened.log, replace(used, columns=opened.columns), log.window,
-            ReadBudget(size_on_disk(*files)), units=units, lenient=lenient,
+            ReadBudget(size_on_disk(*files)), units=units, lenient=lenient, others=others,
         )  # fmt: skip
         complete = opened.complete(assembly.columns)
         if keep_map:

@@ -106,7 +106,7 @@ PWM = Part(
     name="pwm",
     role="controller",
     doc="a hobby servo's: a share of the supply voltage for the error of the position",
-    equation="demand = vin clip(duty kp (command − q), ±1)",
+    equation="demand = clip(feed_forward + vin duty kp (command − q), ±vin)",
     coefficients=(
         Coefficient("kp", "", "gain, in the servo's own counts", lower=1.0, upper=1e5, log=True,
                     positive=True),

@@ -19,7 +19,7 @@ LEAD_ERROR = Part(
     name="lead-error",
     role="sensor",
     doc="an encoder at the motor, whose screw or gear gives way unevenly, before the load's own",
-    equation="q_m = q − err_cos cos x − err_sin sin x, x = 2π q / err_period, v_m = v dq_m/dq",
+    equation="q_m = q − err_cos cos y − err_sin sin y, y = 2π q / err_period, v_m = v dq_m/dq",
     coefficients=(
         Coefficient("err_period", "m", "way after which the error repeats itself, as the lead",
                     lower=1e-4, upper=10.0, log=True, rotary="rad", positive=True),
