@@ -193,6 +193,7 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         low, _, high = values[name]
         assert low <= truth <= high
         assert high - low < 0.3 * truth
+    assert fit.card().model()[0].rig["kp"] == 14.0  # as the log states it, not the file
     path = fit.report(tmp_path / "report.html")
     page = Path(path).read_text(encoding="utf-8")
     assert "m l² a = F − m g l sin(q + q_offset) − F_f" in page

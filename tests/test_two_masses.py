@@ -13,6 +13,7 @@ from foreign import two_masses as plain_steps
 from joint_models import model_of
 from stribeck import LAWS, Fit, InputError, Recording, compensate, export, identify
 from stribeck.compensate.compensation import around
+from stribeck.identify.data_check import data_violations
 from stribeck.rig.axis_table import composed_axis
 from stribeck.rig.motion.track import Track
 from stribeck.rig.simulated import as_simulated
@@ -413,3 +414,20 @@ def test_the_equations_that_are_shown_are_those_that_are_simulated(by_load: floa
         expected = acceleration(lines, letters, inertial)
         off = np.abs(differences - expected)[5:-5]
         assert off.max() < 0.02 * np.ptp(differences)
+
+
+def test_a_zero_that_gravity_moves_is_told() -> None:
+    """Not where it is stated, nor where nothing pulls to one side."""
+    log = Recording(t=t, position=np.zeros(len(t)), command=GOAL, rotary=True)
+    for load, motor, told in (
+        ({"pendulum": {"m": 1.0, "l": 0.2}}, {}, True),
+        ({"pendulum": {"m": 1.0, "l": 0.2}}, {"zero": 0.0}, False),
+        ({"mass": {"M": 1.0}}, {}, False),
+    ):
+        table = {
+            "rotary": True, "controller": {"damped": {"kp": 1.0}}, "load": load,
+            "motor": {"force": {"armature": 0.1}}, "transmission": {"compliant": {}},
+            "sensor": {"motor": motor, "load": {}},
+        }  # fmt: skip
+        violations = data_violations(composed_axis(table, "axis"), [log], [None])
+        assert any(v.caps and "state zero" in v.sentence for v in violations) == told

@@ -77,6 +77,8 @@ def rigs(
         write_axis(new, controller, motor, transmission, load, sensor, rotary=rotary)
         return
     if parts:
+        if json or name is not None:
+            raise InputError("--parts lists all parts, for people: leave the rest out")
         from ..report.registries import show_parts
 
         show_parts()

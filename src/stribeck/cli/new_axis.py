@@ -46,12 +46,15 @@ def write_axis(
     parts += [part_named("load", name) for name in loads]
     parts += [part_named("sensor", name) for name in sensors or ()]
     text = axis_draft(parts, rotary=rotary)
+    aside = path.with_name(f".{path.name}.part")
     try:
-        with path.open("x", encoding="utf-8") as file:
+        with aside.open("w", encoding="utf-8") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
+        aside.replace(path)
     except OSError as error:
+        aside.unlink(missing_ok=True)
         raise InputError(f"--new {path}: {error.strerror or error}") from error
     typer.echo(f"{path}: state what you know; then stribeck rigs {path} shows the axis")
 
