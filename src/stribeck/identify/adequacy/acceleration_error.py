@@ -48,6 +48,7 @@ def without_motion_error(
 
 
 def _judged(remainder: Remainder, columns: Array, block: NDArray[np.intp]) -> tuple[Array, Array]:
+    """The shares and the probabilities of columns, (rows, m), by one pass for each."""
     rows = remainder.source
     shapes = columns / np.where(rows.inertial == 0, np.inf, rows.inertial)[:, None]
 
@@ -64,23 +65,23 @@ def _judged(remainder: Remainder, columns: Array, block: NDArray[np.intp]) -> tu
         return np.asarray(2.0 * first - np.mean(others, axis=0))
 
     k = rows.jacobian.shape[1] + remainder.columns.shape[1]
-    sizes = np.sqrt(np.einsum("ij,ij->j", columns, columns))
 
     def products(known: Array, new: Array, left: Array) -> Array:
-        product: Array = known.T @ np.column_stack([known, new, left])
-        return product
+        of_known = known.T @ np.column_stack([known, new, left])
+        of_new = [np.einsum("ij,ij->j", new, new), new.T @ left]
+        return np.concatenate([of_known.ravel(), *of_new])
 
-    mixed = without_error(products)
-    of_known, with_new, with_left = mixed[:, :k], mixed[:, k:-1], mixed[:, -1]
-    inverse = np.linalg.pinv(of_known, rcond=1e-12, hermitian=True)
-    along, values = inverse @ with_new, inverse @ with_left
-    own = without_error(
-        lambda known, new, left: np.array([
-            np.einsum("ij,ij->j", new - known @ along, new),
-            np.einsum("ij,i->j", new - known @ along, left - known @ values),
-        ])
-    )  # fmt: skip
-    lengths, inner = own
+    every = without_error(products)
+    ends = np.cumsum([k * (k + columns.shape[1] + 1), columns.shape[1]])
+    mixed, lengths, inner = np.split(every, ends)
+    of_known, with_new, with_left = np.split(mixed.reshape(k, -1), [k, -1], axis=1)
+    scale = np.sqrt(np.maximum(np.diag(of_known), np.finfo(float).tiny))
+    inverse = np.linalg.pinv(of_known / np.outer(scale, scale), rcond=1e-9, hermitian=True)
+    inverse /= np.outer(scale, scale)
+    along, values = inverse @ with_new, inverse @ with_left[:, 0]
+    lengths = lengths - np.einsum("ij,ij->j", with_new, along)
+    inner = inner - with_new.T @ values
+    sizes = np.sqrt(np.einsum("ij,ij->j", columns, columns))
     lengths = np.where(lengths > _ERROR_ALONE * sizes**2, lengths, np.inf)
     weights = inner / lengths
     starts = np.flatnonzero(np.diff(block, prepend=-1))
