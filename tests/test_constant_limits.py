@@ -23,7 +23,7 @@ k_t = 0.1
 armature = 1e-4
 I_max = 10
 [transmission.gear]
-ratio = 50
+gear_ratio = 50
 eta = {eta}
 eta_back = {eta}
 [load.pendulum]

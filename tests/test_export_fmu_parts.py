@@ -49,7 +49,7 @@ AXES: dict[str, tuple[str, str, dict[str, float], Mapping[str, Array]]] = {
         rotary = true
         controller.pwm = { kp = 20.0, vin = 24.0, duty = 0.2 }
         motor.voltage = { k_t = 0.05, R = 1.5, I_max = 6.0, armature = 2e-5 }
-        transmission.gear = { ratio = 20.0, eta = 0.8, eta_back = 0.7 }
+        transmission.gear = { gear_ratio = 20.0, eta = 0.8, eta_back = 0.7 }
         load.inertia = { J = 0.05, g_sin = 1.5, g_cos = 0.4, g_0 = 0.1 }
         load.ripple = { rip_period = 0.3, rip_cos = 0.1, rip_sin2 = 0.05 }
         load.motor-ripple = { cog_order = 2.0, cog_cos = 0.01, cog_sin = 0.02 }

@@ -92,7 +92,7 @@ def test_a_lossy_gear_is_its_closed_form_both_ways() -> None:
     eta, eta_back, force, J, n = 0.7, 0.5, 2.0, 0.4, 10.0
     table = {
         "rotary": True, "motor": {"force": {}}, "load": {"inertia": {"J": J}}, "tolerance": 1e-5,
-        "transmission": {"gear": {"ratio": n, "eta": eta, "eta_back": eta_back}},
+        "transmission": {"gear": {"gear_ratio": n, "eta": eta, "eta_back": eta_back}},
     }  # fmt: skip
     rig = as_simulated(composed_axis(table, "gear"))
     push = np.where(t < 0.5, force, -force)

@@ -14,6 +14,7 @@ import pytest
 from command import Completed, caller
 from foreign import parts as plain_steps
 from stribeck import LAWS, InputError, Recording, identify
+from stribeck.friction import law_named
 from stribeck.identify.card import Card
 from stribeck.identify.data_check import data_violations
 from stribeck.rig.axis_draft import axis_draft
@@ -68,7 +69,7 @@ AXES: dict[str, tuple[dict[str, str], list[str], dict[str, float], bool, dict[st
     "voltage, current limit, lossy gear": (
         {"controller": "pwm", "motor": "voltage", "transmission": "gear"}, ["inertia"],
         {"kp": 20.0, "vin": 24.0, "duty": 0.2, "k_t": 0.05, "R": 1.5, "I_max": 6.0,
-         "armature": 2e-5, "ratio": 20.0, "eta": 0.8, "eta_back": 0.7, "J": 0.05, "g_sin": 1.5,
+         "armature": 2e-5, "gear_ratio": 20.0, "eta": 0.8, "eta_back": 0.7, "J": 0.05, "g_sin": 1.5,
          "g_cos": 0.4, "g_0": 0.1, "F_C": 0.3, "F_V": 0.2}, True,
         {"goal": GOAL, "feed_forward": 2.0 * np.cos(5.0 * t)},
     ),
@@ -88,7 +89,7 @@ AXES: dict[str, tuple[dict[str, str], list[str], dict[str, float], bool, dict[st
     "ripple of load and motor behind a gear": (
         {"controller": "pd", "motor": "force", "transmission": "gear"},
         ["inertia", "ripple", "motor-ripple"],
-        {"kp": 2.0, "kd": 0.05, "ratio": 30.0, "eta": 0.9, "eta_back": 0.8, "armature": 4e-5,
+        {"kp": 2.0, "kd": 0.05, "gear_ratio": 30.0, "eta": 0.9, "eta_back": 0.8, "armature": 4e-5,
          "J": 0.05, "rip_period": 0.3, "rip_cos": 0.8, "rip_sin": -0.5, "rip_cos2": 0.3,
          "rip_sin2": 0.2, "cog_order": 2.0, "cog_cos": 0.02, "cog_sin": 0.03, "F_C": 0.4,
          "F_V": 0.2}, True,
@@ -218,12 +219,12 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         ("m = 0.4", "m = -0.4", "m = -0.4 must not be below 0"),
         (
             "[load.pendulum]",
-            "[transmission.gear]\nratio = 5.0\neta = 1.2\n[load.pendulum]",
+            "[transmission.gear]\ngear_ratio = 5.0\neta = 1.2\n[load.pendulum]",
             "eta = 1.2 must not be above 1",
         ),
         (
             "[load.pendulum]",
-            "[transmission.gear]\nratio = 5.0\neta = { free = [0.5, 2] }\n[load.pendulum]",
+            "[transmission.gear]\ngear_ratio = 5.0\neta = { free = [0.5, 2] }\n[load.pendulum]",
             r"gear.eta: free = \[0.5, 2\]: it must not be above 1",
         ),
         ("I_max = 8.0", "I_max = { free = [3, 2] }", r"motor.current.I_max: free = \[3, 2\]"),
@@ -620,7 +621,7 @@ def test_values_have_the_units_of_their_axis() -> None:
     """Of a rotary one, and of a motor that turns before a screw."""
     turns: dict[str, Any] = {
         "rotary": True, "load": {"mass": {"M": "200 g cm**2"}},
-        "transmission": {"gear": {"ratio": 3.0}}, "motor": {"force": {"F_max": "3 N m"}},
+        "transmission": {"gear": {"gear_ratio": 3.0}}, "motor": {"force": {"F_max": "3 N m"}},
     }  # fmt: skip
     rig = composed_axis(turns, "axis")
     assert rig["M"] == pytest.approx(2e-5)
@@ -676,3 +677,10 @@ def test_a_value_that_a_log_overrules_is_told(axis_file: Path) -> None:
         v.sentence for v in data_violations(rig, [log], [None]) if "kp is set" in v.sentence
     ]
     assert "kp is set to 20, and logs state it in a column of theirs (14), which counts" in sentence
+
+
+def test_no_coefficient_is_called_as_a_parameter_of_a_law() -> None:
+    """A geared axis under a law that has a ratio of its own has two quantities, and two names."""
+    names = [*LAWS, "maxwell-slip:2", "gms:2", "gms-damped:2", "curve:4"]
+    params = {q.name for name in names for q in law_named(name).params}
+    assert not params & {c.name for part in PARTS.values() for c in part.coefficients}

@@ -17,7 +17,7 @@ rotary = true
 ranges = {{ F_C = [0, 2], F_V = [0, 1] }}
 controller.damped = {{ kp = 4.0, kd = 0.1 }}
 motor.force.armature = 4e-5
-transmission.gear.ratio = 10.0
+transmission.gear.gear_ratio = 10.0
 load.inertia.J = {{ free = [0.01, 0.2] }}
 {ripple}
 """
@@ -33,7 +33,15 @@ rip_period = { free = [0.02, 2.0] }
 rip_cos = { free = [-1, 1] }
 rip_sin = { free = [-1, 1] }
 """
-VALUES = {"kp": 4.0, "kd": 0.1, "ratio": 10.0, "armature": 4e-5, "J": 0.05, "F_C": 0.4, "F_V": 0.2}
+VALUES = {
+    "kp": 4.0,
+    "kd": 0.1,
+    "gear_ratio": 10.0,
+    "armature": 4e-5,
+    "J": 0.05,
+    "F_C": 0.4,
+    "F_V": 0.2,
+}
 
 
 @pytest.mark.parametrize(

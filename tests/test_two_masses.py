@@ -328,7 +328,7 @@ def test_what_is_said_to_make_one_mass_of_two_does(ratio: float, rotary: bool) -
         "ranges": {"F_C": [0, 9], "F_C_motor": [0, 9]},
         "controller": {"damped": GAINS},
         "motor": {"force": {"armature": 2.0}},
-        "transmission": {"compliant": {"stiffness": {"free": [1e4, 1e7]}, "ratio": ratio}},
+        "transmission": {"compliant": {"stiffness": {"free": [1e4, 1e7]}, "gear_ratio": ratio}},
         "load": {"mass": {"M": 5.0}},
         "sensor": {"motor": {}, "load": {}},
         "friction": {"side": "both"},
@@ -383,13 +383,13 @@ def test_the_equations_that_are_shown_are_those_that_are_simulated(by_load: floa
     """Those of both masses, evaluated as they are written along their motion."""
     values = {
         "kp": 900.0, "kd": 40.0, "armature": 0.3, "M": 5.0, "offset": 3.0, "k_spring": 400.0,
-        "q_spring": 0.01, "ratio": 3.0, "stiffness": 6e3, "damping": 30.0, "cog_order": 8.0,
+        "q_spring": 0.01, "gear_ratio": 3.0, "stiffness": 6e3, "damping": 30.0, "cog_order": 8.0,
         "cog_cos": 1.0, "cog_sin": -2.0, "by_load": by_load,
     }  # fmt: skip
     tables: dict[str, dict[str, tuple[str, ...]]] = {
         "controller": {"damped": ("kp", "kd")},
         "motor": {"force": ("armature",)},
-        "transmission": {"compliant": ("ratio", "stiffness", "damping")},
+        "transmission": {"compliant": ("gear_ratio", "stiffness", "damping")},
         "load": {"mass": ("M", "offset"), "spring": ("k_spring", "q_spring"),
                  "motor-ripple": ("cog_order", "cog_cos", "cog_sin")},
         "sensor": {"motor": (), "load": ("by_load",)},

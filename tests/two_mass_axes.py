@@ -40,7 +40,7 @@ def rig_of(values: dict[str, float], law: str = "coulomb-viscous", **changed: An
         for role, (name, names) in parts.items()
     }
     if "gear" in values:  # a law has a ratio, too
-        table["transmission"]["compliant"]["ratio"] = values["gear"]
+        table["transmission"]["compliant"]["gear_ratio"] = values["gear"]
     table |= {"law": law, "friction": {"side": "both"}, "sensor": SENSORS, "tolerance": 1e-3}
     rig = composed_axis(table | changed, "test")
     assert isinstance(rig, TwoMassRig)

@@ -134,7 +134,7 @@ def simulate(
         sub: Steps from sample to sample.
     """
     q, v, out = 0.0, 0.0, np.empty(len(t))
-    ratio = 2 * math.pi / values["lead"] if "lead" in values else values.get("ratio", 1.0)
+    ratio = 2 * math.pi / values["lead"] if "lead" in values else values.get("gear_ratio", 1.0)
     M, loop = inertia(values, ratio), Loop(controller, values)
     for k in range(len(t)):
         out[k] = q

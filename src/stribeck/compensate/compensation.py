@@ -242,10 +242,10 @@ def around(rig: Rig, loop: PositionLoop | None) -> Rig:
 def _as_one_mass(rig: TwoMassRig) -> str:
     """What makes an axis of one mass of the file of one of two, in words."""
     table = rig.table or {}
-    ratio = next((c.value for c in rig.constants if c.name == "ratio"), 1.0)
+    ratio = next((c.value for c in rig.constants if c.name == "gear_ratio"), 1.0)
     rigid = "[transmission.rigid]"
     if ratio != 1.0:
-        rigid = f"[transmission.gear] with ratio = {ratio:.10g}"
+        rigid = f"[transmission.gear] with gear_ratio = {ratio:.10g}"
         if not rig.rotary:
             rigid = f"[transmission.screw] with lead = {2.0 * np.pi / ratio:.10g}"
     left = [f"[sensor.{side}]" for side in SIDES if side in table.get("sensor", {})]

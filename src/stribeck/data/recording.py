@@ -257,7 +257,7 @@ class Recording:
             if not np.isfinite(values).all():
                 raise InputError(f"{self.label}: column {shortened(column)}: is beyond all numbers")
             return values
-        if stated is not None and si and column.rstrip().endswith("]"):
+        if stated is not None and si and column.rstrip().endswith(("]", ")")):
             raise InputError(
                 f"{self.label}: column {shortened(column)} is in {stated}, and what is read from "
                 f"it in {si}"

@@ -192,7 +192,7 @@ def _two_masses(
 ) -> TwoMassRig:  # fmt: skip
     """The axis of a rig with a compliant transmission, everything but that and friction known."""
     n = _ratio(rig, values)
-    known = values | {"armature": masses[0] / n**2, "ratio": n}
+    known = values | {"armature": masses[0] / n**2, "gear_ratio": n}
     if not values.get("armature", 0.0) > 0.0:
         known |= dict.fromkeys(_INERTIAS, masses[1])
     parts: list[Part] = []

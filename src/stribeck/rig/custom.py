@@ -125,6 +125,8 @@ def _of_parts(data: dict[str, Any], name: str) -> Rig:
         )
     rig = composed_axis(data, name)
     _check_name(rig.name)
+    if not rig.doc.isprintable():
+        raise InputError("doc: give a line of printable characters")
     mapping(dict(rig.columns))  # says which channels there are
     chain = data.get("drive")
     return rig if chain is None else rig.driven(DriveChain.of_table(chain))
@@ -155,6 +157,8 @@ def _rig(content: _RigFile, name: str) -> Rig:
             for n, value in content.constants.items()
         }
     )
+    if content.doc is not None and not content.doc.isprintable():
+        raise InputError("doc: give a line of printable characters")
     custom = replace(
         with_ranges(rig, content.ranges, laws),
         name=name,

@@ -11,6 +11,11 @@ import numpy as np
 from ..motion.part_call import DAMPING, STIFFNESS, Row
 from .part import Coefficient, Part
 
+#: A law may have a ratio, too, of static over Coulomb friction.
+_RATIO = Coefficient(
+    "gear_ratio", "", "turns (way) of the motor for one of the load", 1.0, 1e-3, 1e4, True,
+    positive=True,
+)  # fmt: skip
 _EFFICIENCIES = (
     Coefficient("eta", "", "efficiency where the motor drives the load", 1.0, 0.01, 1.0,
                 positive=True, most=1.0),
@@ -43,18 +48,10 @@ GEAR = Part(
     name="gear",
     role="transmission",
     doc="a rigid gear with an efficiency by the direction of power",
-    equation="n = ratio; F = eta F_m where it drives the load, F_m / eta_back where it brakes it",
+    equation="n = gear_ratio; F = eta F_m where it drives the load, F_m / eta_back where it "
+    "brakes it",
     coefficients=(
-        Coefficient(
-            "ratio",
-            "",
-            "turns of the motor per turn of the load",
-            1.0,
-            1e-3,
-            1e4,
-            True,
-            positive=True,
-        ),
+        _RATIO,
         *_EFFICIENCIES,
     ),
     function=lossy,
@@ -84,10 +81,9 @@ COMPLIANT = Part(
     doc="a spring with a damper and play between a motor and a load that both have inertia",
     equation="F = eta T where it drives the load, T / eta_back where it brakes it; "
     "T = stiffness s + damping s' at a flank, 0 between them; q_m − q = s + b, |b| ≤ play/2; "
-    "n = ratio",
+    "n = gear_ratio",
     coefficients=(
-        Coefficient("ratio", "", "turns (way) of the motor for one of the load", 1.0, 1e-3, 1e4,
-                    True, positive=True),
+        _RATIO,
         Coefficient("stiffness", "N/m", "stiffness between motor and load, at the load",
                     lower=1.0, upper=1e9, log=True, rotary="N m/rad", symbol="k",
                     positive=True),
@@ -108,4 +104,4 @@ COMPLIANT = Part(
 
 def ratio(values: Mapping[str, Any]) -> Any:
     """Speed of the motor over that of the load, of the values of an axis."""
-    return 2.0 * np.pi / values["lead"] if "lead" in values else values.get("ratio", 1.0)
+    return 2.0 * np.pi / values["lead"] if "lead" in values else values.get("gear_ratio", 1.0)
