@@ -664,7 +664,9 @@ def test_a_controller_with_another_clock_than_its_log_is_told() -> None:
     table: dict[str, Any] = {"load": {"mass": {"M": 1.0}}}
     loop = {"kp": 20.0, "kv": 300.0, "ki": 8.0}
     log = Recording(t=t, position=np.zeros(len(t)), command=np.sin(t))
-    for stated, told in (({}, True), ({"T": 4e-3}, True), ({"T": 2e-3}, False)):
+    cases: tuple[tuple[dict[str, float], bool], ...]
+    cases = (({}, True), ({"T": 4e-3}, True), ({"T": 2e-3}, False), ({"ki": 0.0}, False))
+    for stated, told in cases:
         rig = composed_axis(table | {"controller": {"cascade": loop | stated}}, "axis")
         sentences = [v.sentence for v in data_violations(rig, [log], [None]) if v.caps]
         assert any("the controller computes every" in s for s in sentences) == told

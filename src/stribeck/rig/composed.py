@@ -137,7 +137,7 @@ class ComposedRig(SteppedRig):
     @property
     def clock(self) -> float | None:
         """The sample time of a controller that integrates or takes differences, s; else None."""
-        used = {c.name for p in self.parts for c in p.coefficients if p.stated(c.name)}
+        used = {c.name for c in self.constants if c.value} | {q.name for q in self.params}
         timed = any(c.name == "T" for p in self.parts for c in p.coefficients)
         if not (timed and used & {"ki", "difference"}):
             return None
