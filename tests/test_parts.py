@@ -686,3 +686,17 @@ def test_no_coefficient_is_called_as_a_parameter_of_a_law() -> None:
     names = [*LAWS, "maxwell-slip:2", "gms:2", "gms-damped:2", "curve:4"]
     params = {q.name for name in names for q in law_named(name).params}
     assert not params & {c.name for part in PARTS.values() for c in part.coefficients}
+
+
+@pytest.mark.parametrize("law", ["coulomb-viscous", "coulomb-viscous-directional"])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_small_axis_needs_no_ranges(axis_file: Path, axis_log: Path, law: str, seed: int) -> None:
+    """A range of 0 to 1000 N m is friction, nearly all of it, under which it never moves."""
+    text = axis_file.read_text(encoding="utf-8")
+    axis_file.write_text(text.replace("ranges = { F_C = [0, 1], F_V = [0, 1] }", ""), "utf-8")
+    fit = identify(axis_log, rig=str(axis_file), law=law, seed=seed)
+    assert fit.score.value < 1e-3 * fit.score.still
+    for e in fit.estimates:
+        truth = TRUTH[0][0 if e.name.startswith("F_C") else 1]
+        assert e.value == pytest.approx(truth, rel=0.01)
+    assert not [w for w in fit.warnings if "than the search" in w]

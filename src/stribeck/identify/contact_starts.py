@@ -7,6 +7,7 @@ motion is not.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 #: Starts that are drawn, and by how much they scatter about what the balance shows, as shares of
 #: the search ranges.
 STARTS, SCATTER = 8, 0.05
+#: Starts with less and less friction, each a tenth of the one before.
+DECADES = 8
 #: A value so near an end of its range, as a share of it, has been stopped there.
 _END = 1e-3
 
@@ -73,3 +76,25 @@ def scattered(sets: Array, rng: Rng) -> Array:
     near = more + SCATTER * rng.standard_normal(more.shape)
     drawn = np.where(stopped, rng.random(more.shape), near)
     return np.vstack([sets, np.clip(drawn, 0.0, 1.0)])
+
+
+def little_friction(parameters: Parameters) -> Callable[[Rng], Array]:
+    """What draws sets in the unit cube, (DECADES, dim), of an axis that friction does not hold.
+
+    Ranges of friction that fit any axis begin at zero and end far above what a small one's drive
+    can overcome: nearly all of their middle never moves, and nothing there says which way is
+    better.
+
+    Args:
+        parameters: Free ones of a law and its axis.
+    """
+    law = {q.name for q in parameters.law.params}
+    levels = np.array([q.name in law and not q.log and q.lower == 0.0 for q in parameters.free])
+
+    def drawn(rng: Rng) -> Array:
+        sets = rng.random((DECADES, len(levels)))
+        shares = 10.0 ** -np.arange(1.0, DECADES + 1.0)
+        sets[:, levels] *= shares[:, None]
+        return sets
+
+    return drawn

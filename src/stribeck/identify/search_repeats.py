@@ -16,6 +16,7 @@ from .nested_answers import is_rich
 from .polish import Polished, polish_run
 from .problem import MotionProblem
 from .refinement import MANY
+from .score import scores
 from .search_settings import (
     CONFIRM,
     CONFIRM_ROUGH,
@@ -27,6 +28,8 @@ from .search_settings import (
 )
 from .segment import recordings_of
 
+#: A model whose misfit is so much of that of an axis that never moves does not move either.
+STANDS = 0.95
 #: Called with the searches after every step.
 Progress = Callable[[Sequence[Search]], None]
 
@@ -112,6 +115,29 @@ def _drawn(
         return run_searches(problem, searches, progress)
     if not (guided and settings.memetic) or n < CONFIRM:
         return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
+    runs, interrupted = _confirmed(problem, settings, progress, smooth=smooth)
+    if interrupted or not _stands(problem, runs):
+        return runs, interrupted
+    further = settings.from_little_friction(problem)
+    if not further:
+        return runs, interrupted
+    moving, interrupted = run_searches(problem, further, progress)
+    return [*runs, *moving], interrupted
+
+
+def _stands(problem: MotionProblem, runs: Sequence[Run]) -> bool:
+    """Whether the best of some runs hardly moves."""
+    best = min(runs, key=lambda run: run.cost)
+    p = problem.parameters.full(best.x[None])[0]
+    score = scores(problem.parameters, p, problem.train)
+    return bool(score.value >= STANDS * score.still)
+
+
+def _confirmed(
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
+) -> tuple[list[Run], bool]:
+    """Repeats of a smooth problem, or of slips, until two confirm each other."""
+    n = settings.repeats
     most = n if problem.space.dim >= MANY else 2 * n  # there restarts around the answer follow
     searches = settings.searches(problem, smooth=smooth, n=most)
     noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))

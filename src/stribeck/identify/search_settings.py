@@ -16,7 +16,7 @@ from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure
 from ..optimize.descents import Descents
 from ..space import Array
 from ..wording import option
-from .contact_starts import contact_sets, scattered
+from .contact_starts import contact_sets, little_friction, scattered
 from .fit_warnings import NOISY
 from .initial_state import free_starts
 from .problem import MotionProblem
@@ -140,6 +140,16 @@ class SearchSettings:
             return []
         algorithm = Descents(lambda rng: scattered(sets, rng), _CONTACT_ROUNDS)
         return self._searches_by(algorithm, problem, min(self.repeats, CONFIRM))
+
+    def from_little_friction(self, problem: MotionProblem) -> list[Search]:
+        """A repeat that descends from sets whose levels are small shares of their ranges.
+
+        None where a search is not the package's own.
+        """
+        if not self.memetic or self.settings or problem.weights is not None:
+            return []
+        algorithm = Descents(little_friction(problem.parameters), _CONTACT_ROUNDS)
+        return self._searches_by(algorithm, problem, 1)
 
     def from_points(self, problem: MotionProblem, points: Sequence[Array]) -> list[Search]:
         """A repeat that descends from points, SI, (dim,) each, ready to run; none without points.
