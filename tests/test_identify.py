@@ -226,7 +226,7 @@ def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
     ("options", "message"),
     [
         ({"fixed": {"F_X": 1.0}}, "no parameter 'F_X'"),
-        ({"fixed": {"F_S": float("nan")}}, "finite"),
+        ({"fixed": {"F_S": float("nan")}}, "F_S = nan is no number"),
         ({"fixed": {"F_S": 30.0}}, "physical"),
         ({"fixed": {"k_spring": -1.0}}, "below 0"),
         ({"bounds": {"F_S": (2.0, 1.0)}}, "not below"),
@@ -261,9 +261,8 @@ def test_unknown_names_of_the_search_are_refused(log: Recording) -> None:
 
 def test_constants_that_cannot_be_simulated_are_refused(log: Recording) -> None:
     for name, value in (("m", 0.0), ("m", -1.0), ("J_m", -1.0), ("dv", -1.0)):
-        rig = SLIDE_BED.set(**{name: value})
-        with pytest.raises(InputError, match=name):
-            problem(log, rig=rig, train="112:295")(PUBLISHED["right"][None, FREE])
+        with pytest.raises(InputError, match=f"{name} = .* (above zero|below 0)"):
+            problem(log, rig=SLIDE_BED.set(**{name: value}), train="112:295")
 
 
 def test_interrupted_search_keeps_its_best(log: Recording) -> None:

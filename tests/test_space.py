@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stribeck.space import Param, Space, box
 
-BOUND = st.floats(-1e9, 1e9)
+BOUND = st.floats(-1e9, 1e9).map(lambda x: x if abs(x) > 1e-50 else 0.0)
 UNIT = st.floats(0.0, 1.0)
 
 
