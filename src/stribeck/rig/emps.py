@@ -223,7 +223,7 @@ def _constants() -> tuple[Constant, ...]:
     data = "DATA_EMPS.mat"
     return (
         constant(
-            "kp", 160.18, "1/s", "gain of the position loop", data, "the paper", 0.0, least=SMALLEST
+            "kp", 160.18, "1/s", "gain of the position loop", data, "the paper", 0.0, least=0.0
         ),
         constant(
             "kv",
@@ -233,7 +233,7 @@ def _constants() -> tuple[Constant, ...]:
             data,
             "the paper",
             0.0,
-            least=SMALLEST,
+            least=0.0,
         ),
         constant(
             "gtau",
