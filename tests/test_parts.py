@@ -251,7 +251,11 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         ("l = 0.2", 'l = "-0.2±0.1"', "load.pendulum.l = -0.2 must be above zero"),
         ("l = 0.2", 'l = { column = "l", value = -1.0 }', "l = -1 must be above zero"),
         ("l = 0.2", 'l = "0.2 kg"', "load.pendulum.l: '0.2 kg': it is in m"),
-        ("l = 0.2", "l = { free = [1e-320, 1e-310] }", "no number to search with"),
+        (
+            "l = 0.2",
+            "l = { free = [1e-320, 1e-310] }",
+            "load.pendulum.l: free = .* it must be above zero",
+        ),
         ("kd = 0.3", "kd = 0.3\nhold = 7", r"damped.hold = 7 must be 0, 1 or 2 \(1: demand held"),
         ("kd = 0.3", 'kd = "0.3 N"', "damped.kd: '0.3 N': it is a number alone: demand per veloc"),
         (
@@ -700,3 +704,26 @@ def test_a_small_axis_needs_no_ranges(axis_file: Path, axis_log: Path, law: str,
         truth = TRUTH[0][0 if e.name.startswith("F_C") else 1]
         assert e.value == pytest.approx(truth, rel=0.01)
     assert not [w for w in fit.warnings if "than the search" in w]
+
+
+def test_a_cascade_is_sampled_where_nobody_says_so() -> None:
+    """Its demand is held in a search, too, which may leave samples out where none is."""
+    loop = {"kp": 20.0, "kv": 300.0, "ki": 8.0}
+    table: dict[str, Any] = {"controller": {"cascade": loop}, "load": {"mass": {"M": 5.0}}}
+    log = Recording(t=t, position=np.zeros(len(t)), command=0.1 * np.sin(4.0 * t))
+    held, silent = (
+        as_simulated(composed_axis(table | {"controller": {"cascade": loop | more}}, "axis"))
+        for more in ({"hold": 1.0}, {})
+    )
+    track = silent.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))
+    assert held.thinned([track]) is None
+    assert silent.thinned([track]) is None
+    p = np.array([[12.0, 30.0]])
+    resting = [rig.resting(track, float(track.t[100]), 0.01) for rig in (held, silent)]
+    pulls = [
+        rig.pull(LAW, p, np.array([instant]))
+        for rig, instant in zip((held, silent), resting, strict=True)
+    ]
+    assert resting[0] is not None
+    np.testing.assert_array_equal(resting[0], resting[1])
+    np.testing.assert_array_equal(pulls[0], pulls[1])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stribeck.space import Param, Space, box
 
-BOUND = st.floats(-1e9, 1e9).map(lambda x: x if abs(x) > 1e-50 else 0.0)
+BOUND = st.floats(-1e9, 1e9)
 UNIT = st.floats(0.0, 1.0)
 
 
@@ -17,7 +17,7 @@ UNIT = st.floats(0.0, 1.0)
 def test_no_rounding_carries_a_point_out_of_the_box(
     lower: float, upper: float, u: list[float]
 ) -> None:
-    assume(lower < upper)
+    assume(upper - lower >= 1e-100)  # narrower ones are refused
     x = box([(lower, upper)]).decode(np.array([[0.0], [1.0], *([v] for v in u)]))
     assert x[0] == lower
     assert lower <= x.min() <= x.max() <= upper

@@ -264,6 +264,19 @@ class Recording:
             )
         return values
 
+    def ends_of(self, column: str, si: str) -> tuple[float, float, float]:
+        """Least, median and greatest of one of its other columns, as `further` reads it."""
+        key = (column, si)
+        if key not in self._ends:
+            low, middle, high = np.percentile(self.further(column, si), (0.0, 50.0, 100.0)).tolist()
+            self._ends[key] = low, middle, high
+        return self._ends[key]
+
+    @cached_property
+    def _ends(self) -> dict[tuple[str, str], tuple[float, float, float]]:
+        """What `ends_of` has looked up: a log of many segments is asked for each."""
+        return {}
+
     def __len__(self) -> int:
         return len(self.t)
 

@@ -115,7 +115,7 @@ def _drawn(
         return run_searches(problem, searches, progress)
     if not (guided and settings.memetic) or n < CONFIRM:
         return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
-    runs, interrupted = _confirmed(problem, settings, progress, smooth=smooth)
+    runs, interrupted = _until_confirmed(problem, settings, progress, smooth=smooth)
     if interrupted or not _stands(problem, runs):
         return runs, interrupted
     further = settings.from_little_friction(problem)
@@ -133,7 +133,7 @@ def _stands(problem: MotionProblem, runs: Sequence[Run]) -> bool:
     return bool(score.value >= STANDS * score.still)
 
 
-def _confirmed(
+def _until_confirmed(
     problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
 ) -> tuple[list[Run], bool]:
     """Repeats of a smooth problem, or of slips, until two confirm each other."""

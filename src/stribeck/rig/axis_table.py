@@ -19,9 +19,6 @@ from .parts.axis_of_parts import in_units
 from .search_ranges import with_ranges
 from .two_masses import MOTOR_POSITION, READING, SIDES, TOLERANCE, TwoMassRig, two_masses
 
-#: Least end of a range above zero.
-_SMALLEST = 1e-300
-
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 _Text = Annotated[str, Field(strict=True)]
 
@@ -184,6 +181,8 @@ def _check_columns(content: AxisTable, parts: list[Part], columns: Mapping[str, 
 
 def _check_shown(rig: ComposedRig, shows: Mapping[str, str]) -> None:
     """Refuse units of what the axis does not have, or of another dimension."""
+    if not shows:
+        return
     laws = (law_named(law) for law in {*LAWS, *rig.laws})
     params = {q.name: q for law in laws for q in rig.parameters(law)}
     quantities = {
@@ -317,11 +316,6 @@ def _searched(c: Coefficient, ends: tuple[float, float], place: str) -> Coeffici
         raise InputError(f"{place}: free = [{low:g}, {high:g}]: the first is not below")
     if c.setting:
         raise InputError(f"{place} is a choice: no log identifies it; give a number")
-    if any(0.0 < abs(end) < _SMALLEST for end in (low, high)):
-        raise InputError(
-            f"{place}: free = [{low:g}, {high:g}]: an end below {_SMALLEST:g} is no number to "
-            "search with"
-        )
     if fault := c.fault(low) or c.fault(high):
         raise InputError(f"{place}: free = [{low:g}, {high:g}]: it {fault}")
     return c.searched(low, high)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
@@ -30,6 +30,7 @@ from .motion.drives import (
 )
 from .parts.axis_of_parts import assembled, in_units, motor_turns
 from .parts.motion_equation import motion_equations
+from .rig import Doubt
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ INPUT_COLUMNS = MappingProxyType(
 _PUSHED = frozenset({
     ("controller", "none"), ("motor", "force"), ("transmission", "rigid"), ("load", "mass"),
 })  # fmt: skip
+#: Share by which a log's samples may be apart from its controller's.
+_CLOCK = 0.01
 #: Coefficients that act on a sampled controller alone, and what has them.
 _SAMPLED = MappingProxyType({
     "ki": "one that integrates",
@@ -138,10 +141,8 @@ class ComposedRig(SteppedRig):
     def clock(self) -> float | None:
         """The sample time of a controller that integrates or takes differences, s; else None."""
         used = {c.name for c in self.constants if c.value} | {q.name for q in self.params}
-        timed = any(c.name == "T" for p in self.parts for c in p.coefficients)
-        if not (timed and used & {"ki", "difference"}):
-            return None
-        return next((c.value for c in self.constants if c.name == "T"), self._idle("T", 0.0))
+        T = self.value_of("T", 0.0)
+        return T if T > 0.0 and used & {"ki", "difference"} else None
 
     @property
     def entry(self) -> int | None:
@@ -151,7 +152,7 @@ class ComposedRig(SteppedRig):
     @property
     def holds_force(self) -> bool:
         """Whether the demand of its controller is held from sample to sample."""
-        return any(c.name == "hold" and c.value > FOLLOWS for c in self.constants)
+        return self.value_of("hold", FOLLOWS) > FOLLOWS
 
     def inputs(self, recording: Recording) -> Mapping[str, Array]:
         """What drives the axis, (N,) by input.
@@ -159,11 +160,11 @@ class ComposedRig(SteppedRig):
         Raises:
             InputError: the log has no command, or no force, current or voltage.
         """
-        units = self._input_units
+        units, read = self._input_units, read_inputs(self.parts)
         given = {
             name: recording.further(column, units[name])
             for name, column in self.input_columns.items()
-            if column in recording.extra and name in read_inputs(self.parts)
+            if column in recording.extra and name in read
         }
         if recording.known_force is not None:
             given["external"] = given.get("external", 0.0) - recording.known_force.values
@@ -202,6 +203,20 @@ class ComposedRig(SteppedRig):
         what = "; ".join(absent)
         return f"{recording.label}: the log lacks columns that the axis file names: {what}"
 
+    def doubts(self, recordings: Sequence[Recording]) -> Iterable[Doubt]:
+        """A controller whose time counts, and has another clock than a log, too."""
+        yield from super().doubts(recordings)
+        if (clock := self.clock) is None:
+            return
+        for log in recordings:
+            if abs(log.dt / clock - 1.0) > _CLOCK:
+                yield Doubt(
+                    f"{log.label}: the controller computes every {1e3 * clock:.4g} ms (T), and is "
+                    f"simulated at each sample of the log, every {1e3 * log.dt:.4g} ms: what it "
+                    "integrates and what it takes for its velocity are off by that: state T, or "
+                    "log each of its samples"
+                )
+
     def _si_unit_of(self, param: Param) -> str:
         """The SI unit of a parameter; those of its parts have that of their axis."""
         own = any(q.name == param.name for q in self.params)
@@ -222,7 +237,7 @@ class ComposedRig(SteppedRig):
         for c in (c for part in self.parts for c in part.coefficients if c.choices):
             if c.name in values and (fault := c.fault(values[c.name])):
                 raise InputError(f"rig {self.name}: {c.name} = {values[c.name]:g} {fault}")
-        if values.get("hold", self._idle("hold", FOLLOWS)) != FOLLOWS:
+        if values.get("hold", self.value_of("hold", FOLLOWS)) != FOLLOWS:
             return
         searched = {q.name for q in self.params}
         for name, what in _SAMPLED.items():
@@ -233,10 +248,11 @@ class ComposedRig(SteppedRig):
                     "hold = 1 or 2"
                 )
 
-    def _idle(self, name: str, absent: float) -> float:
-        """The value of a coefficient where nobody states it."""
-        known = (c.idle for p in self.parts for c in p.coefficients if c.name == name)
-        return next((idle for idle in known if idle is not None), absent)
+    def value_of(self, name: str, absent: float) -> float:
+        """A coefficient as it is stated, or idle; another value where no part has it."""
+        stated = (c.value for c in self.constants if c.name == name)
+        idle = (c.idle for p in self.parts for c in p.coefficients if c.name == name)
+        return next((value for value in (*stated, *idle) if value is not None), absent)
 
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """The track with the constants of its run, and the force as this rig's drive makes it."""
@@ -251,7 +267,7 @@ class ComposedRig(SteppedRig):
     @property
     def motor_friction(self) -> float:
         """Coulomb friction of its motor, which takes its share of a command, N or N m."""
-        return next((c.value for c in self.constants if c.name == "F_fm"), 0.0)
+        return self.value_of("F_fm", 0.0)
 
     def command_per_force(self, law: Law, p: Array) -> float:
         """The demand for a unit of force or torque at the axis."""
@@ -265,7 +281,9 @@ class ComposedRig(SteppedRig):
             return None
         stated = track.inputs
         if self.holds_force:
-            late = int(self["hold"]) - HELD  # samples from which a demand is computed to its start
+            late = (
+                int(self.value_of("hold", HELD)) - HELD
+            )  # samples from which a demand is computed to its start
             k = int(np.searchsorted(track.t, instant, side="right")) - 1 - late
             now = stated[:, max(k, 0)]
         else:

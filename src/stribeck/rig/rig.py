@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, Self
@@ -65,6 +65,19 @@ def stem(name: str) -> str:
     `F_S+` is one of F_S, `W_3` one of W.
     """
     return _SUFFIX.sub("", name)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """What a rig does not hold for in logs.
+
+    Args:
+        sentence: What, by how much, and what can be done.
+        harmful: Whether no value is identified for it; if not, it is only told.
+    """
+
+    sentence: str
+    harmful: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,6 +324,11 @@ class Rig:
         """What is taken in place of a channel that a log lacks, a sentence; empty if nothing is."""
         del recording
         return ""
+
+    def doubts(self, recordings: Sequence[Recording]) -> Iterable[Doubt]:
+        """What it does not hold for in logs."""
+        del recordings
+        return ()
 
     @property
     def in_amperes(self) -> bool:

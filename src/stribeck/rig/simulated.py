@@ -87,11 +87,6 @@ class SimulatedRig(Rig):
         del recording
         return {}
 
-    def stated_over(self, recording: Recording) -> Mapping[str, Array]:
-        """The columns in which it does, (N,) SI each."""
-        del recording
-        return {}
-
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """A track that a rig of this kind with other constants has prepared, with this rig's."""
         del recording

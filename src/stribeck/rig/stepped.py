@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..constant import GIVEN
 from ..data.resolution import noise, step
 from ..data.segmentation import rests
 from ..errors import InputError
 from ..space import Array
+from ..units import unit
 from .controller import Controller, per_newton
 from .motion.command import Drive
 from .motion.drives import AXIS, IDLE, AxisInputs, rows
 from .motion.thinning import thinned
 from .motion.track import Track
-from .rig import Motion
+from .rig import Doubt, Motion
 from .simulated import SimulatedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
 
+#: Share of a constant by which a log's own may change.
+_CONSTANT = 0.02
 #: Samples that a velocity at the start is taken from where none was recorded.
 _FEW = 8
 
@@ -83,25 +87,49 @@ class SteppedRig(SimulatedRig):
         Raises:
             InputError: as `stated_over`, or one that it cannot be.
         """
-        stated = {n: float(np.median(x)) for n, x in self.stated_over(recording).items()}
+        stated = {name: middle for name, (_, middle, _) in self._stated_ends(recording).items()}
         try:
             self.check({c.name: c.value for c in self.constants} | stated)
         except InputError as error:
             raise InputError(f"{recording.label}: stated by a column: {error}") from error
         return stated
 
-    def stated_over(self, recording: Recording) -> Mapping[str, Array]:
-        """The columns in which a log states constants, (N,) SI each, by the constant's name.
+    def _stated_ends(self, recording: Recording) -> Mapping[str, tuple[float, float, float]]:
+        """Least, median and greatest of the columns in which a log states constants, SI by name.
 
         Raises:
-            InputError: one has another unit, or what is no number.
+            InputError: one has another unit.
         """
         units = {c.name: c.unit for c in self.constants}
         return {
-            name: recording.further(column, units[name])
+            name: recording.ends_of(column, units[name])
             for column, name in self.run_columns.items()
             if column in recording.extra
         }
+
+    def doubts(self, recordings: Sequence[Recording]) -> Iterable[Doubt]:
+        """Constants of logs that change within one, and set ones that a log states otherwise."""
+        written = {c.name: unit(c.unit) for c in self.constants}
+        for log in recordings:
+            for name, ends in self._stated_ends(log).items():
+                if ends[2] - ends[0] > _CONSTANT * abs(ends[1]):
+                    low, middle, high = (f"{written[name].from_si(x):.3g}" for x in ends)
+                    yield Doubt(
+                        f"{log.label}: the column that states {name} goes from {low} to {high} "
+                        f"{written[name].written}".rstrip()
+                        + f": its median, {middle}, counts for all of the log: identify from parts "
+                        "in which it stays (LOG@10s:40s)"
+                    )
+        for c in (c for c in self.constants if c.source == GIVEN):
+            stated = (self.stated(log).get(c.name) for log in recordings)
+            others = sorted({x for x in stated if x is not None and (x != c.value or c.tolerance)})
+            if others:
+                shown = ", ".join(f"{written[c.name].from_si(x):.4g}" for x in others)
+                yield Doubt(
+                    f"{c.name} is set to {c.shown:.4g} {c.unit}".rstrip()
+                    + f", and logs state it in a column of theirs ({shown}), which counts",
+                    harmful=False,
+                )
 
     def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
         """The row of constants of its drive, the mass that moves first.
@@ -216,7 +244,9 @@ class SteppedRig(SimulatedRig):
 
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """The track with the constants of its run; see `SimulatedRig.with_constants`."""
-        return track._replace(given=self.run_constants(recording))
+        stated = [column in recording.extra for column in self.run_columns]
+        ours = [self[name] for name in self.run_columns.values()]
+        return track._replace(given=np.where(stated, track.given, ours))
 
     def _fits(self, recording: Recording) -> None:
         if recording.rotary != self.rotary:

@@ -22,7 +22,7 @@ from .motion.drives import TWO_MASSES, rows
 from .motion.track import SideReading, Track, prefix_sums
 from .parts.axis_of_parts import completed, contributions, mass_row
 from .parts.motion_equation import Side, coupled_equations
-from .rig import Motion
+from .rig import Doubt, Motion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -65,8 +65,6 @@ _FRICTIONS = {
     "motor": "F_f,m is friction, on the motor's side",
     "both": "F_f is friction of the load, F_f,m of the motor's side",
 }
-#: A controller reads the position of the load above it.
-_BY_LOAD = 0.5
 #: What a sensor's steps are as noise, root mean square.
 _STEP = 12.0**-0.5
 
@@ -216,22 +214,24 @@ class TwoMassRig(ComposedRig):
     @property
     def stated_zero(self) -> float | None:
         """The zero of the motor's encoder, SI; None where each log tells it."""
-        value = self._value("zero", np.nan)
+        value = self.value_of("zero", np.nan)
         return value if np.isfinite(value) else None
 
-    @property
-    def loses_its_zero(self) -> bool:
-        """Whether the middle of the play is told by logs in which a load pulls to one side."""
+    def doubts(self, recordings: Sequence[Recording]) -> Iterable[Doubt]:
+        """A middle of the play that is told by logs in which a load pulls to one side, too."""
+        yield from super().doubts(recordings)
         pulls = any(p.stated(name) for p in self.parts if p.role == "load" for name in p.forces)
-        return self.encoders == "both" and self.stated_zero is None and pulls
+        if pulls and self.encoders == "both" and self.stated_zero is None:
+            yield Doubt(
+                "the play's middle is taken to be in the middle of what the two encoders differ "
+                "by, and a load that pulls to one side (gravity, a spring, an offset) twists the "
+                "shaft there: state zero, of [sensor.motor]"
+            )
 
     @property
     def per_load(self) -> float:
         """What the motor's encoder shows for a unit of the load's position."""
-        return self._value("per_load", 1.0)
-
-    def _value(self, name: str, idle: float) -> float:
-        return next((c.value for c in self.constants if c.name == name), idle)
+        return self.value_of("per_load", 1.0)
 
     def _motor_position(self, recording: Recording) -> Array | None:
         """The motor's position in a log, in the load's unit, (N,)."""
@@ -367,7 +367,7 @@ class TwoMassRig(ComposedRig):
     def equations(self) -> tuple[str, ...]:
         """Those of both masses."""
         of_motor = "(q_m + zero)" if self.encoders == "both" else "q_m"
-        read = "q" if self._value("by_load", 0.0) > _BY_LOAD else of_motor
+        read = "q" if self.value_of("by_load", 0.0) else of_motor
         return coupled_equations(self.parts, friction=self.friction_side, read=read)
 
     def _read_coefficients(self, values: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -14,10 +14,9 @@ from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtr
 
 from ...space import Array
-from .bins import SPENT
+from .bins import clustered_probability
 from .patterns import Pattern
 from .remainder import Remainder
 
@@ -94,12 +93,6 @@ def _judged(remainder: Remainder, columns: Array, block: NDArray[np.intp]) -> tu
             np.add.reduceat(across * across, starts, axis=0),
         ])  # fmt: skip
 
-    sums, energy = without_error(scores)
-    n = len(starts)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = inner / np.sqrt(np.sum(sums**2, axis=0) * n / (n - SPENT))
-        spread = np.sum(energy, axis=0) ** 2 / np.sum(energy**2, axis=0)
-    freedom = np.fmax((n - SPENT) * spread / n, 1.0)
-    chances = np.where(np.isfinite(t) & np.isfinite(lengths), 2 * stdtr(freedom, -np.abs(t)), 1.0)
+    chances = clustered_probability(inner, *without_error(scores))
     left = remainder.rows.residual
-    return inner * weights / float(left @ left), chances
+    return inner * weights / float(left @ left), np.where(np.isfinite(lengths), chances, 1.0)

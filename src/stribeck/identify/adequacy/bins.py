@@ -118,7 +118,6 @@ def t_probability(
             10.1162/REST_a_00639).
     """
     starts = np.flatnonzero(np.diff(blocks, prepend=-1))
-    n = len(starts)
     lengths = np.einsum("ij,ij->j", columns, columns)
     with np.errstate(divide="ignore", invalid="ignore"):
         weights = np.einsum("ij,i->j", columns, residual) / lengths
@@ -127,10 +126,23 @@ def t_probability(
         scores *= columns
         sums = np.add.reduceat(scores, starts, axis=0)
         del scores
-        t = weights * lengths / np.sqrt(np.sum(sums**2, axis=0) * n / (n - SPENT))
-        freedom = np.full(len(weights), n - SPENT, dtype=float)
-        if uneven:
-            energy = np.add.reduceat(columns**2, starts, axis=0)
-            freedom *= lengths**2 / np.sum(energy**2, axis=0) / n
+    energy = np.add.reduceat(columns**2, starts, axis=0) if uneven else None
+    return clustered_probability(weights * lengths, sums, energy)
+
+
+def clustered_probability(inner: Array, sums: Array, energy: Array | None = None) -> Array:
+    """That products with a residual are as large by chance; see `t_probability`.
+
+    Args:
+        inner: Of columns with the residual, (k,).
+        sums: By block, of what each row of them has once the columns are estimated, (blocks, k).
+        energy: By block, of the squares of uneven columns, (blocks, k); None if they are even.
+    """
+    n = len(sums)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = inner / np.sqrt(np.sum(sums**2, axis=0) * n / (n - SPENT))
+        freedom = np.full(len(inner), n - SPENT, dtype=float)
+        if energy is not None:
+            freedom *= np.sum(energy, axis=0) ** 2 / np.sum(energy**2, axis=0) / n
     freedom = np.where(freedom >= 1.0, freedom, 1.0)
     return np.where(np.isfinite(t), 2 * stdtr(freedom, -np.abs(t)), 1.0)

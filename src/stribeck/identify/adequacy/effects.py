@@ -228,7 +228,6 @@ def _candidate(
     named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
     if not (seen or named):
         return None
-    gains = [_gain(remainder, p.columns) for p in known]
     if look.kind == "inertia" and rows.noisier is not None:
         steps = Pattern("", partial(_steps, rows, look))
         gains, chances = without_motion_error(remainder, [*known, steps], block)
@@ -236,6 +235,8 @@ def _candidate(
         named = [i for i in range(len(known)) if chances[i] <= CHANCE_NAMED]
         if not (seen or named):
             return None
+    else:
+        gains = [_gain(remainder, p.columns) for p in known]
     among = range(len(known)) if seen else named
     best = max(among, key=lambda i: gains[i])
     if seen and gains[best] < NAMED * bins.share:

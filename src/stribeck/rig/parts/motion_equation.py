@@ -25,12 +25,12 @@ def motion_equations(parts: Sequence[Part]) -> tuple[str, ...]:
         parts: In the order in which power flows.
     """
     uneven = any(p.slot == "way" for p in parts)
-    by_load = sorted(parts, key=lambda p: p.role != "load")
+    moved = sorted(parts, key=lambda p: p.role != "load")
     force = "F dq_m/dq" if uneven else "F"
     driving = _relations(p for p in parts if p.role in ("controller", "motor", "transmission"))
     lines = [
         *(map(_of_motor, driving) if uneven else driving),
-        f"{_inertia(by_load)} a = {force}{_forces(parts)} − F_f",
+        f"{_inertia(moved)} a = {force}{_forces(parts)} − F_f",
         *_relations(_others(parts)),
     ]
     return _complete(parts, lines)
