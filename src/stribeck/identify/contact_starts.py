@@ -1,8 +1,8 @@
-"""Where a search begins on an axis that nothing but a measured force pushes: at its force balance.
+"""Where a search begins that knows where: at a force balance, or where friction holds nothing.
 
-The same law along the measured motion explains the measured force (`balance`): linear in its levels
-and found in seconds without a simulation, but biased by the noise of positions, which the simulated
-motion is not.
+On an axis that nothing but a measured force pushes, the same law along the measured motion explains
+that force (`balance`): linear in its levels and found in seconds without a simulation, but biased
+by the noise of positions, which the simulated motion is not.
 """
 
 from __future__ import annotations

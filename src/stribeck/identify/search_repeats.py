@@ -113,7 +113,7 @@ def _drawn(
         n = max(n // REPEATS, 1)
         searches = settings.searches(problem, smooth=smooth, n=n, brief=True)
         return run_searches(problem, searches, progress)
-    if not (guided and settings.memetic) or n < CONFIRM:
+    if not (guided and settings.memetic):
         return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
     runs, interrupted = _until_confirmed(problem, settings, progress, smooth=smooth)
     if interrupted or not _stands(problem, runs):
@@ -136,8 +136,10 @@ def _stands(problem: MotionProblem, runs: Sequence[Run]) -> bool:
 def _until_confirmed(
     problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
 ) -> tuple[list[Run], bool]:
-    """Repeats of a smooth problem, or of slips, until two confirm each other."""
+    """Repeats of a smooth problem, or of slips, until they confirm each other."""
     n = settings.repeats
+    if n < CONFIRM:
+        return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
     most = n if problem.space.dim >= MANY else 2 * n  # there restarts around the answer follow
     searches = settings.searches(problem, smooth=smooth, n=most)
     noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))

@@ -71,7 +71,8 @@ class SearchSettings:
             that contains others has a third as many, brief ones, and starts from the answers of
             these, too, or of the richest alone, which stands for those that it contains: where
             that has as many itself, and a motion may begin as it was measured, descents over longer
-            and longer horizons take the place of brief repeats.
+            and longer horizons take the place of brief repeats. Where the best hardly moves, one
+            more descends from less and less friction.
         target: J at which a search stops.
         polishing: Whether least squares polishes what a search ended with; None: unless the
             method does so itself.
@@ -105,6 +106,11 @@ class SearchSettings:
         return self.method == MemeticTabuSearch.name and self.polishing is not False
 
     @property
+    def descends(self) -> bool:
+        """Whether descents may begin where something else shows the answer to be."""
+        return self.memetic and not self.settings
+
+    @property
     def polish_budget(self) -> int:
         """Evaluations of each repeat that are kept for polishing."""
         polishes_itself = self.polishing is None and self.method == MemeticTabuSearch.name
@@ -133,7 +139,7 @@ class SearchSettings:
 
         None where that is not known, or a search is not the package's own.
         """
-        if not self.memetic or self.settings or problem.weights is not None:
+        if not self.descends or problem.weights is not None:
             return []
         sets = contact_sets(problem.parameters, problem.train)
         if sets is None:
@@ -146,7 +152,7 @@ class SearchSettings:
 
         None where a search is not the package's own.
         """
-        if not self.memetic or self.settings or problem.weights is not None:
+        if not self.descends or problem.weights is not None:
             return []
         algorithm = Descents(little_friction(problem.parameters), _CONTACT_ROUNDS)
         return self._searches_by(algorithm, problem, 1)
@@ -156,7 +162,7 @@ class SearchSettings:
 
         None either where another search is asked for than the package's own.
         """
-        if not (points and self.memetic) or self.settings:
+        if not (points and self.descends):
             return []
         return [self.descents(problem, np.array(points), _CONTACT_ROUNDS)]
 
