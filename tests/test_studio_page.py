@@ -317,10 +317,11 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
         opened.until(opened.work("identify")["id"], "done")
         parts = {
             "controller": {"none": {}}, "motor": {"force": {"F_max": "80 nameplate"}},
-            "transmission": {"screw": {"lead": 0.01}}, "sensor": {"encoder": {"resolution": 1e-6}},
+            "transmission": {"screw": {"lead": 0.01}},
             "load": {"mass": {}, "spring": {"k_spring": 1}},
         }  # fmt: skip
-        opened.choose(rig="axis.toml", axis=parts, law="", drive={"signal": "N"})
+        state = opened.choose(rig="axis.toml", axis=parts, law="", drive={"signal": "N"})
+        assert [step["name"] for step in state["steps"] if step["lock"]] == []
         yield opened
 
 
