@@ -227,7 +227,7 @@ def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
     [
         ({"fixed": {"F_X": 1.0}}, "no parameter 'F_X'"),
         ({"fixed": {"F_S": float("nan")}}, "F_S = nan is no number"),
-        ({"fixed": {"F_S": 30.0}}, "physical"),
+        ({"fixed": {"F_S": 30.0}}, "is physical: F_S = 30 N, F_C = 40 to 80 N"),
         ({"fixed": {"k_spring": -1.0}}, "below 0"),
         ({"bounds": {"F_S": (2.0, 1.0)}}, "not below"),
         ({"bounds": {"F_S": (1.0, float("inf"))}}, "finite"),

@@ -605,7 +605,7 @@ def test_an_input_is_read_in_its_unit() -> None:
 
 
 def test_a_constant_that_changes_and_a_column_that_is_absent_are_told(
-    axis_file: Path, axis_log: Path
+    axis_file: Path, axis_log: Path, tmp_path: Path, stribeck: Callable[..., Completed]
 ) -> None:
     """A gain that rises by a fifth takes "identified" away; one that is the file's does not."""
     text = axis_file.read_text(encoding="utf-8")
@@ -614,6 +614,15 @@ def test_a_constant_that_changes_and_a_column_that_is_absent_are_told(
     told = [w for w in absent.warnings if "lacks columns that the axis file names" in w]
     assert "kp ('gain') is 14" in told[0]
     assert {e.verdict for e in absent.estimates} == {"identified"}
+    card = absent.card().write(tmp_path / "card.json")
+    for arguments in (
+        ("check", f"{axis_log}", "--rig", f"{axis_file}"),
+        ("validate", f"{card}", f"{axis_log}"),
+        ("simulate", f"{card}", f"{axis_log}", "--out", f"{tmp_path / 'motion.csv'}"),
+    ):
+        done = stribeck(*arguments)
+        assert done.status == 0, done.err
+        assert f"warning: {told[0]}" in done.err, arguments
     rising = identify(_log_with(axis_log, "gain", np.linspace(12.6, 15.4, len(t))),
                       rig=str(axis_file))  # fmt: skip
     told = [w for w in rising.warnings if "states kp goes from 12.6 to 15.4" in w]

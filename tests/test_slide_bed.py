@@ -309,11 +309,13 @@ def test_a_constant_of_the_users_is_not_said_to_be_the_papers() -> None:
 def test_a_command_that_is_assumed_is_told() -> None:
     t = np.arange(0.0, 60.0, 0.02)
     log = Recording(t=t, position=5e-3 * t)
-    assert "a ramp from its beginning at its mean speed, 5 mm/s" in SLIDE_BED.assumed(log)
-    told = SLIDE_BED.set(ramp_speed=5.0).assumed(log)  # where it starts is assumed all the same
-    assert "a ramp from its beginning at 5 mm/s is taken for it" in told
-    assert "forces are off by k_hat + k_spring for each mm" in told
-    assert SLIDE_BED.assumed(Recording(t=t, position=5e-3 * t, command=5e-3 * t)) == ""
+    (doubt,) = SLIDE_BED.doubts([log])
+    assert "a ramp from its beginning at its mean speed, 5 mm/s" in doubt.sentence
+    (doubt,) = SLIDE_BED.set(ramp_speed=5.0).doubts([log])  # where it starts is not said
+    assert "a ramp from its beginning at 5 mm/s is taken for it" in doubt.sentence
+    assert "forces are off by k_hat + k_spring for each mm" in doubt.sentence
+    assert not doubt.harmful
+    assert [*SLIDE_BED.doubts([Recording(t=t, position=5e-3 * t, command=5e-3 * t)])] == []
 
 
 def test_no_ramp_is_assumed_for_a_slide_that_goes_both_ways() -> None:
@@ -338,7 +340,7 @@ def test_no_ramp_is_assumed_for_a_slide_that_goes_both_ways() -> None:
 
 
 def test_what_the_start_of_an_assumed_ramp_is_off_by_is_in_the_breakaway_force() -> None:
-    """As `assumed` tells it: forces are off by k_hat + k_spring for each mm."""
+    """As `doubts` tell it: forces are off by k_hat + k_spring for each mm."""
     p, t = PUBLISHED["right"], np.arange(0.0, 60.0, 0.02)
     moved = p.copy()
     moved[0] += (SLIDE_BED["k_hat+"] + p[5]) * 1e-3

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from stribeck.errors import InputError
-from stribeck.units import EVERYDAY, Unit, _asked, _everyday, convertible, unit
+from stribeck.units import EVERYDAY, Unit, _asked, _everyday, convertible, percent, two_digits, unit
 
 FORMS = [
     "{a}", "1/{a}", "{a}**2", "{a}/{b}", "{a} {b}", "{a}*{b}", "{a}/{b}**2", "{a}/{b}/{a}",
@@ -87,3 +87,9 @@ def test_what_nobody_reads_is_refused_or_left_to_pint(written: str) -> None:
             unit(written)
     else:
         assert unit(written) == pint_unit
+
+
+def test_numbers_for_people_have_two_digits_and_no_exponent() -> None:
+    shown = [two_digits(x) for x in (0.0123, 1.26, 9.94, 12.6, 549.0, 5.5e4)]
+    assert shown == ["0.012", "1.3", "9.9", "13", "549", "55000"]
+    assert [percent(x) for x in (0.0126, 3.73)] == ["1.3 %", "373 %"]

@@ -180,7 +180,12 @@ def percent(share: float) -> str:
     value = 100.0 * share
     if abs(value) < _LEAST_PERCENT:
         return f"less than {_LEAST_PERCENT:g} %"
-    return f"{value:.0f} %" if abs(value) >= 10 else f"{value:.2g} %"  # noqa: PLR2004 - two digits
+    return f"{two_digits(value)} %"
+
+
+def two_digits(value: float) -> str:
+    """A number for people: two digits, or all of those before the point."""
+    return f"{value:.0f}" if abs(value) >= 10 else f"{value:.2g}"  # noqa: PLR2004 - two digits
 
 
 def convertible(a: str, b: str) -> bool:

@@ -13,6 +13,7 @@ from .completions import rig_names
 from .exits import show_files
 from .inputs import Json, above_zero
 from .likely_rig import identify_command
+from .notices import warn_of_doubts
 from .reading import Reading, reads_logs
 
 if TYPE_CHECKING:
@@ -96,8 +97,14 @@ def check(
         raise InputError("--quiet: then nothing is left of the result: give --out DIR, or --json")
     if out is not None:
         check_folder(out)
-    recording = reading.recording(log, rig_named(rig) if rig is not None else None)
+    axis = rig_named(rig) if rig is not None else None
+    recording = reading.recording(log, axis)
     quality = quality_of(recording)
+    if axis is not None:
+        try:
+            warn_of_doubts(axis, [recording])
+        except InputError as error:  # a log is looked at, whatever the rig makes of it
+            typer.echo(f"warning: {error}", err=True)
     if json:
         typer.echo(quality_text(quality), nl=False)
     elif not quiet:

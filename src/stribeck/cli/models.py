@@ -23,6 +23,7 @@ from .inputs import (
     numbers,
 )
 from .interruption import interruption
+from .notices import warn_of_doubts
 from .reading import Reading, reads_logs
 
 if TYPE_CHECKING:
@@ -53,8 +54,7 @@ def validate(
     rows = validated(written, recordings, range_ or None, delay=late)
     for sentence in untrained_directions(written, recordings, range_ or None):
         typer.echo(f"warning: {sentence}", err=True)
-    for sentence in filter(None, map(parameters.rig.assumed, recordings)):
-        typer.echo(f"warning: {sentence}", err=True)
+    warn_of_doubts(parameters.rig, recordings)
     if late == "auto" and written.delay:
         typer.echo(
             f"note: the force (or command) is taken to be {1e3 * written.delay:.4g} ms after the "
@@ -225,7 +225,9 @@ def simulate(
     check_motion(out, log)
     written, parameters, _ = card_model(card)
     recording = reading.recording(log, parameters.rig)
-    write_motion(parameters.rig, simulated(written, recording), out)
+    motion = simulated(written, recording)
+    warn_of_doubts(parameters.rig, [recording])
+    write_motion(parameters.rig, motion, out)
     show_files([out], json=json)
 
 

@@ -1,4 +1,4 @@
-"""What the package logs, as lines on stderr: that it compiles, and how long that took."""
+"""Lines on stderr: that the package compiles, how long that took, what a log is not good for."""
 
 from __future__ import annotations
 
@@ -7,6 +7,21 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..data.recording import Recording
+    from ..rig import Rig
+
+
+def warn_of_doubts(rig: Rig, recordings: Sequence[Recording]) -> None:
+    """Print what a rig does not hold for in logs, and what it takes in place of what they lack."""
+    for doubt in rig.doubts(recordings):
+        typer.echo(f"warning: {doubt.sentence}", err=True)
 
 
 @contextmanager

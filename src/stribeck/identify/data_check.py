@@ -31,9 +31,8 @@ def data_violations(
         recordings: The logs, as `recording_list` gives them.
         rows: The samples of each that count.
     """
-    assumed = [Violation("data", s, caps=False) for s in map(rig.assumed, recordings) if s]
-    assumed += [Violation("data", d.sentence, caps=d.harmful) for d in rig.doubts(recordings)]
-    return assumed + [
+    doubts = [Violation("data", d.sentence, caps=d.harmful) for d in rig.doubts(recordings)]
+    return doubts + [
         Violation("data", f"{log.label}: {fault.sentence}", caps=fault.harmful)
         for log, samples in zip(recordings, rows, strict=True)
         for fault in faults(log)

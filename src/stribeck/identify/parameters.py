@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -298,7 +298,16 @@ def _check_meaning(parameters: Parameters) -> None:
     corners = Space(parameters.free).sample(np.random.default_rng(0), 256)
     sample = parameters.full(np.vstack([Space(parameters.free).decode(corners)]))
     if not parameters.law.physical(sample[:, :k]).any():
-        values = ", ".join(f"{n} = {v:g}" for n, v in parameters.fixed.items())
         raise InputError(
-            f"law {parameters.law.name}: no parameter set in these ranges is physical ({values})"
+            f"law {parameters.law.name}: no parameter set in these ranges is physical: "
+            + ", ".join(_shown_ranges(parameters))
         )
+
+
+def _shown_ranges(parameters: Parameters) -> Iterator[str]:
+    """What a law's own parameters are held at, and their ranges where they are free."""
+    rig, law = parameters.rig, {q.name for q in parameters.law.params}
+    for q in (q for q in parameters.every if q.name in law and q.name not in parameters.tied):
+        ends = (parameters.fixed[q.name],) if q.name in parameters.fixed else (q.lower, q.upper)
+        shown = " to ".join(f"{shown_in(rig, q, x):g}" for x in ends)
+        yield f"{rig.label(q.name)} = {shown} {rig.unit_of(q)}".rstrip()

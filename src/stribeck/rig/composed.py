@@ -180,8 +180,8 @@ class ComposedRig(SteppedRig):
             steps.setdefault("goal_velocity", np.gradient(recording.command, recording.t))
         return steps
 
-    def assumed(self, recording: Recording) -> str:
-        """What counts in place of columns that an axis file names and a log lacks."""
+    def _absent(self, recording: Recording) -> str:
+        """What counts in place of columns that its axis file names and a log lacks."""
         if self.table is None:
             return ""
         counts = {c.name: f"{c.shown:g} {c.unit}".strip() for c in self.constants}
@@ -204,7 +204,8 @@ class ComposedRig(SteppedRig):
         return f"{recording.label}: the log lacks columns that the axis file names: {what}"
 
     def doubts(self, recordings: Sequence[Recording]) -> Iterable[Doubt]:
-        """A controller whose time counts, and has another clock than a log, too."""
+        """Columns that logs lack, and a controller whose time counts on another clock, too."""
+        yield from (Doubt(s, harmful=False) for s in map(self._absent, recordings) if s)
         yield from super().doubts(recordings)
         if (clock := self.clock) is None:
             return

@@ -320,13 +320,8 @@ class Rig:
             f"{recording.label}: rig {self.name} needs the measured force of the drive{hint}"
         )
 
-    def assumed(self, recording: Recording) -> str:
-        """What is taken in place of a channel that a log lacks, a sentence; empty if nothing is."""
-        del recording
-        return ""
-
     def doubts(self, recordings: Sequence[Recording]) -> Iterable[Doubt]:
-        """What it does not hold for in logs."""
+        """What it does not hold for in logs, and what it takes in place of what they lack."""
         del recordings
         return ()
 

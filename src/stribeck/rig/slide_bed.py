@@ -35,7 +35,7 @@ from .motion.drives import (
 )
 from .motion.held_slip import HeldCourse, held_slips
 from .motion.track import Track
-from .rig import Motion
+from .rig import Doubt, Motion
 from .simulated import SimulatedRig
 
 if TYPE_CHECKING:
@@ -212,10 +212,13 @@ class SlideBed(SimulatedRig):
                 )
         return Drive.of(recording, self["ramp_speed"])
 
-    def assumed(self, recording: Recording) -> str:
-        """A ramp from where the log begins, where that has no command."""
-        if recording.command is not None:
-            return ""
+    def doubts(self, recordings: Sequence[Recording]) -> Iterable[Doubt]:
+        """A ramp from where a log begins, where that has no command."""
+        for log in recordings:
+            if log.command is None:
+                yield Doubt(self._ramp_taken(log), harmful=False)
+
+    def _ramp_taken(self, recording: Recording) -> str:
         start = f"{recording.label}: no command is in the log: a ramp from its beginning"
         error = (
             "the slide's drive line is taken as relaxed there, and where it is not, forces are off "

@@ -15,7 +15,7 @@ from ...optimize.box import Box
 from ...optimize.lockstep import AskTell, Counted, lockstep
 from ...optimize.moves import Answer, Detailed, Moves
 from ...optimize.trust_region import Iterate, minimise
-from ...units import percent
+from ...units import percent, two_digits
 from .linearisation import REACH, box_of, others, predicted
 from .profile import MEMORY, Profile, Profiles
 from .profile_walk import Ended
@@ -167,7 +167,7 @@ def sentence(
     if np.isnan(effect.change):
         text = "cannot be simulated"
     elif effect.change > MANY:
-        text = f"raises {misfit} {effect.change + 1:.2g}-fold"
+        text = f"raises {misfit} {two_digits(effect.change + 1)}-fold"
     else:
         text = f"raises {misfit} by {percent(effect.change)}"
     low, high = ENDS[profile.low.ended], ENDS[profile.high.ended]
