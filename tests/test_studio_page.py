@@ -299,6 +299,25 @@ def test_every_step_can_be_read_by_everybody(
         w.is_silent()
 
 
+def test_what_is_known_of_a_part_is_asked_in_the_unit_that_its_axis_reads(
+    chromium: Any, finished: Studio
+) -> None:
+    """The motor in front of a screw turns: its inertia is in kg m², on an axis that slides."""
+    read = finished.ask("GET", finished.session).json["axis"]["constants"]
+    with window(chromium, finished) as w:
+        enter(w, finished, "axis")
+        w.page.wait_for_selector("tr[data-key='motor force armature']")
+        rows = w.page.eval_on_selector_all(
+            "tr[data-key^='motor '], tr[data-key^='transmission '], tr[data-key^='load ']",
+            "rows => rows.map(r => [r.dataset.key.split(' ')[2], r.cells[2].innerText])",
+        )
+        asked = dict(rows)
+        for name in asked.keys() & read.keys():
+            assert asked[name] == (read[name]["unit"] or "1"), name
+        assert (asked["armature"], asked["F_max"], asked["k_spring"]) == ("kg m**2", "N m", "N/m")
+        w.is_silent()
+
+
 def enter(w: Window, opened: Studio, step: str) -> None:
     """Open a step of the session of a studio that others have entered."""
     name, _, value = opened.cookie.partition("=")

@@ -11,6 +11,7 @@ from ..drive.chain_numbers import ACTING, NUMBERS, example_of
 from ..report.registry_documents import laws_text, methods_text, rigs_text
 from ..rig import Rig
 from ..rig.parts import PARTS, Part
+from ..rig.parts.axis_of_parts import motor_turns
 
 
 @cache
@@ -46,11 +47,13 @@ def _part(part: Part) -> dict[str, Any]:
         "doc": part.doc,
         "equation": part.contribution,
         "rotary": part.rotary,
+        "turns": motor_turns([part], rotary=False),
         "coefficients": [
             {
                 "name": c.name,
                 "unit": c.written(rotary=False),
                 "rotary_unit": c.written(rotary=True),
+                "at_motor": c.at_motor,
                 "doc": c.doc,
                 "idle": None if c.idle is None else f"{c.idle:g}",
                 "range": f"{c.lower:g} … {c.upper:g}",

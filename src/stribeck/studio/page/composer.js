@@ -62,6 +62,8 @@ export function composer(place) {
     }) }), `${name}: ${doc}`)));
 
   function coefficients(axis) {
+    // A motor in front of a screw turns, whatever the axis does; its coefficients have the units of that.
+    const turning = axis.rotary || parts("transmission", false).some(({ name, turns }) => turns && name in (axis.transmission ?? {}));
     const rows = [...ONE, ...SEVERAL].flatMap((role) => Object.entries(axis[role] ?? {}).flatMap(([name, stated]) => {
       const part = session.catalogue.parts.find((each) => each.role === role && each.name === name);
       return (part?.coefficients ?? []).map((c) => ({ "data-key": `${role} ${name} ${c.name}`, cells: [
@@ -74,7 +76,7 @@ export function composer(place) {
               return { [role]: { ...now[role], [name]: text ? { ...rest, [c.name]: read(text) } : rest } };
             });
           } }),
-        (axis.rotary ? c.rotary_unit : c.unit) || "1", c.doc, state(stated[c.name], c),
+        ((c.at_motor ? turning : axis.rotary) ? c.rotary_unit : c.unit) || "1", c.doc, state(stated[c.name], c),
       ] }));
     }));
     return rows.length > 0 && [h("p", { class: "note" }, t("ask.coefficients.hint")),
