@@ -120,6 +120,8 @@ SLIDE = [
     Row("forced", "a neighbour pulls with 8 N at 0.37 Hz", LOAD,
         fault("aliased", "force", amplitude=8.0, frequency=0.37)),
     Row("forced", "3 kg are loaded at 8 s", LOAD, fault("loaded", "force", mass=3.0, at=8.0)),
+    Row("forced", "3 kg come and go every 2 s", LOAD,
+        fault("fetched", "force", mass=3.0, stays=2.0)),
     Row("forced", "4 kg are carried to the right only", RECURS,
         fault("carried", "force", mass=4.0)),
     Row("forced", "4 N more friction while braking", RECURS, fault("braked", "force", size=4.0)),

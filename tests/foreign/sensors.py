@@ -90,6 +90,12 @@ def loaded(table: Table, channel: str, mass: float, at: float) -> Table:
     return table | {channel: table[channel] + pull * (table["t"] >= at)}
 
 
+def fetched(table: Table, channel: str, mass: float, stays: float) -> Table:
+    """A force with that of a mass besides, there for some seconds and away for as many."""
+    pull = mass * np.gradient(table["velocity"], table["t"])
+    return table | {channel: table[channel] + pull * (table["t"] // stays % 2 == 1)}
+
+
 def carried(table: Table, channel: str, mass: float) -> Table:
     """A force with that of a mass besides, carried to the right and not back."""
     pull = mass * np.gradient(table["velocity"], table["t"])

@@ -282,9 +282,8 @@ class ComposedRig(SteppedRig):
             return None
         stated = track.inputs
         if self.holds_force:
-            late = (
-                int(self.value_of("hold", HELD)) - HELD
-            )  # samples from which a demand is computed to its start
+            # Samples from which a demand is computed to its start.
+            late = int(self.value_of("hold", HELD)) - HELD
             k = int(np.searchsorted(track.t, instant, side="right")) - 1 - late
             now = stated[:, max(k, 0)]
         else:

@@ -53,6 +53,7 @@ _WORDS = {
     ("time", "friction", ""): "is friction that changes over the log",
     ("time", "inertia", "drift"): "is that of an inertia that drifts",
     ("time", "inertia", "change"): "is that of an inertia that changes {scale}",
+    ("time", "inertia", "intermittent"): "is that of an inertia that comes and goes",
     ("time", "inertia", ""): "is that of an inertia that changes over the log",
     ("reversal", "force", "play"): "lies within {scale} of reversals as backlash's",
     ("reversal", "force", "turn"): "lies within {scale} of reversals, where the low pass rounds",
@@ -82,17 +83,21 @@ def with_effects(
     for effect in effects.effects if effects is not None else ():
         if not effect.shifts and effect.pattern != "tone":
             continue
-        shifts = [_shift(parameters, q, effect) for q in parameters.every]
-        estimates = tuple(map(_widened, parameters.every, estimates, shifts))
+        shifts, opposite = (
+            [moves.get(parameters.tied.get(q.name, q.name), 0.0) for q in parameters.every]
+            for moves in (effect.shifts, effect.opposite)
+        )
+        for ends in (shifts, opposite):
+            estimates = tuple(map(_widened, parameters.every, estimates, ends))
         wide = frozenset(
             q.name
             for q, e, shift in zip(parameters.every, estimates, shifts, strict=True)
             if shift and max(e.high - e.value, e.value - e.low) > IDENTIFIED * abs(e.value)
         )
-        moved = (
-            f"; with that in the model {_changes(parameters, estimates, shifts)}, and the "
-            "intervals contain that"
-        )
+        changes = _changes(parameters, estimates, shifts)
+        if any(opposite):
+            changes += f" and, at its other end, {_changes(parameters, estimates, opposite)}"
+        moved = f"; with that in the model {changes}, and the intervals contain that"
         sentence = (
             f"the force that the model leaves over {description(parameters, effect)} "
             f"({percent(effect.share)} of its variance){moved if effect.shifts else ''}: "
@@ -133,11 +138,6 @@ def recurrence_violations(
         "not hold that"
     )
     return [Violation("model", sentence, caps=False)]
-
-
-def _shift(parameters: Parameters, q: Param, effect: Effect) -> float:
-    """By how much an effect biases a parameter, SI; 0 if not materially."""
-    return effect.shifts.get(parameters.tied.get(q.name, q.name), 0.0)
 
 
 def _widened(q: Param, e: Estimate, shift: float) -> Estimate:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...space import Array
 from .acceleration_error import without_motion_error
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
+from .load_changes import load_changes
 from .patterns import Kind, Pattern, Variable, carrier, patterns, tone, wave_shares
 from .recurrence import SEEN, Recurrence, recurrence
 from .remainder import Remainder
@@ -55,14 +56,15 @@ class Effect:
     Args:
         variable: What it goes with.
         kind: Whether it is a force, friction, whose sign is the velocity's, or an inertia's.
-        pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `change`, `tone`, `load`,
-            `play`, or `turn` where sampling leaves as much; empty for another.
+        pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `change`, `intermittent`,
+            `tone`, `load`, `play`, or `turn` where sampling leaves as much; empty for another.
         scale: A period, a speed or a time that shapes it, SI; nan where none does.
         share: Of the residual's variance that it explains.
         probability: That chance explains as much.
         shifts: What the parameters change by if it is estimated with them, SI, by name: those
             alone that it moves materially.
         others: What they change by with other scales of the pattern that explain nearly as much.
+        opposite: What they change by at its other end, where it comes and goes, as `shifts`.
         size: Root mean square of the force that it makes, N (N m).
     """
 
@@ -74,6 +76,7 @@ class Effect:
     probability: float
     shifts: dict[str, float] = field(default_factory=dict)
     others: tuple[dict[str, float], ...] = ()
+    opposite: dict[str, float] = field(default_factory=dict)
     size: float = 0.0
 
 
@@ -136,7 +139,9 @@ def effects(rows: ResidualRows) -> Effects:
         gone = before.rows.residual - remainder.rows.residual
         # Which of the scales that fit as well it is, nobody knows: the greatest shift counts.
         shifts = _material(rows, [shifts, *effect.others])
-        result.append(replace(effect, shifts=shifts, size=float(np.sqrt(np.mean(gone**2)))))
+        opposite = _material(rows, [effect.opposite] if effect.opposite else [])
+        size = float(np.sqrt(np.mean(gone**2)))
+        result.append(replace(effect, shifts=shifts, opposite=opposite, size=size))
         material = np.column_stack([material, pattern]) if shifts else material
         looks = _looks(remainder.rows, block, flips)
     return Effects(first, tuple(result), noise, _recurrence(rows, material, block))
@@ -226,17 +231,24 @@ def _candidate(
         chances.append(CHANCE_NAMED / CHANCE * heard[1])
     seen = bins.probability <= CHANCE
     named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
-    if not (seen or named):
+    comes = _load_that_comes(rows) if (look.variable, look.kind) == ("time", "inertia") else None
+    if not (seen or named or comes):
         return None
     if look.kind == "inertia" and rows.noisier is not None:
         steps = Pattern("", partial(_steps, rows, look))
         gains, chances = without_motion_error(remainder, [*known, steps], block)
         seen = seen and chances[-1] <= CHANCE_NAMED
         named = [i for i in range(len(known)) if chances[i] <= CHANCE_NAMED]
-        if not (seen or named):
+        if not (seen or named or comes):
             return None
     else:
         gains = [_gain(remainder, p.columns) for p in known]
+    if comes:
+        named.append(len(known))
+        # Each cell has an inertia of its own: a pattern with a name need not explain as much.
+        gains[len(known) :] = [NAMED * _gain(remainder, comes[0].columns)]
+        chances[len(known) :] = [comes[2]]
+        known.append(comes[0])
     among = range(len(known)) if seen else named
     best = max(among, key=lambda i: gains[i])
     if seen and gains[best] < NAMED * bins.share:
@@ -255,8 +267,23 @@ def _candidate(
     effect = Effect(
         look.variable, look.kind, pattern.name, pattern.scale, share, least,
         others=tuple(_shifts(remainder, p.columns) for p in alike),
+        opposite=_shifts(remainder, comes[1].columns) if comes and pattern is comes[0] else {},
     )  # fmt: skip
     return effect, pattern.columns
+
+
+def _load_that_comes(rows: ResidualRows) -> tuple[Pattern, Pattern, float] | None:
+    """A load that comes and goes, as seen from either end, from the farther one first.
+
+    With the probability that chance makes it; None if it may. In the equation error of a
+    simulated motion it is not looked for: neighbours there share their filter.
+    """
+    changes = load_changes(rows) if rows.other is None else None
+    if changes is None or changes.probability > CHANCE_NAMED:
+        return None
+    ends = sorted((changes.least, changes.greatest), key=abs, reverse=True)
+    farther, nearer = (Pattern.load(rows, changes, end) for end in ends)
+    return farther, nearer, changes.probability
 
 
 def _shifts(remainder: Remainder, columns: Array) -> dict[str, float]:

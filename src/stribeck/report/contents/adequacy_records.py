@@ -64,12 +64,16 @@ def _moves(fit: Fit, effect: Effect) -> str:
     """The parameters that an effect moves materially, with what they may be."""
     moved = []
     for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
-        shift = effect.shifts.get(q.name)
-        if shift is not None:
+        ends = []
+        for shift in (
+            moves[q.name] for moves in (effect.shifts, effect.opposite) if q.name in moves
+        ):
             to = within(q, e.value + shift)
-            value = number(float(shown_in(fit.rig, q, to)), 3)
             end = "" if to == e.value + shift else " (the end of its range)"
-            moved.append(f"{e.name} to {value} {unit_label(e.unit)}".rstrip() + end)
+            value = number(float(shown_in(fit.rig, q, to)), 3)
+            ends.append(f"{value} {unit_label(e.unit)}".rstrip() + end)
+        if ends:
+            moved.append(f"{e.name} to {' or '.join(ends)}")
     return ", ".join(moved)
 
 

@@ -1,0 +1,125 @@
+"""A load that is picked up and put down again and again is told, and both its inertias."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from foreign import driven, sensors
+from foreign.friction import coulomb_viscous
+from foreign.strokes import sines, strokes
+from stribeck import Recording, identify
+from stribeck.identify.adequacy.load_changes import load_changes
+from stribeck.identify.adequacy.residual_rows import ResidualRows
+from stribeck.identify.result import Fit
+from stribeck.space import Array
+
+EMPTY, LOAD = 12.0, 3.0
+
+
+def motion(kind: str, seed: int) -> tuple[Array, Array]:
+    """Times and positions that are asked for."""
+    rng = np.random.default_rng(100 + seed)
+    if kind == "strokes":
+        t, x, _ = strokes(rng.choice([0.1, 0.15, 0.2, 0.25], 24), 0.12)
+        return t, x
+    return sines(30.0, np.array([0.05, 0.03, 0.012]), rng.uniform(0.9, 1.1, 3) * [0.23, 0.61, 1.37])
+
+
+@cache
+def fitted(kind: str, seed: int, load: float, stays: float, memory: float = 0.0) -> Fit:
+    """A balance of an axis whose load stays for so many seconds, and is away for as long."""
+    rng = np.random.default_rng(seed)
+    t, x = motion(kind, seed)
+    curve = coulomb_viscous(18.0, 70.0)
+    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=11.0)
+    m = driven.simulate(EMPTY, curve, curve, loop, t, x, driven.Extras(offset=2.0))._asdict()
+    m = sensors.fetched(m, "force", load, stays)
+    m = sensors.noisy(m, "force", 0.6, rng, memory=memory)
+    m = sensors.noisy(m, "position", 1e-6, rng)
+    return identify(
+        Recording(m["t"], m["position"], force=m["force"]), rig="forced", law="coulomb-viscous"
+    )
+
+
+def patterns(fit: Fit) -> list[str]:
+    assert fit.effects is not None
+    return [e.pattern for e in fit.effects.effects if e.kind == "inertia"]
+
+
+@pytest.mark.parametrize(("kind", "stays"), [("strokes", 3.0), ("sines", 2.5), ("sines", 4.0)])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_load_that_comes_and_goes_is_told_with_both_inertias(
+    kind: str, stays: float, seed: int
+) -> None:
+    fit = fitted(kind, seed, LOAD, stays)
+    assert "intermittent" in patterns(fit)
+    mass = next(e for e in fit.estimates if e.name == "M")
+    assert mass.verdict != "identified"
+    assert mass.low <= 1.02 * EMPTY
+    assert mass.high >= 0.98 * (EMPTY + LOAD)
+    told = [w for w in fit.warnings if "comes and goes" in w]
+    assert "at its other end" in told[0]
+
+
+@pytest.mark.parametrize("kind", ["strokes", "sines"])
+@pytest.mark.parametrize(("seed", "memory"), [(0, 0.0), (1, 20.0), (2, 60.0)])
+def test_one_inertia_does_not(kind: str, seed: int, memory: float) -> None:
+    """However long the noise of the force remembers."""
+    fit = fitted(kind, seed, 0.0, 3.0, memory)
+    assert patterns(fit) == []
+    mass = next(e for e in fit.estimates if e.name == "M")
+    assert mass.verdict == "identified"
+    assert mass.low < EMPTY < mass.high
+
+
+def test_a_load_that_stays_is_a_change() -> None:
+    fit = fitted("sines", 0, LOAD, 16.0)
+    assert patterns(fit)[:1] == ["change"]
+
+
+def rows_of(inertia: Array, noise: float, logs: int, seed: int) -> ResidualRows:
+    """Residuals of an axis whose inertia differs from its model's by so much, (rows,)."""
+    rng, n = np.random.default_rng(seed), len(inertia)
+    t = np.linspace(0.0, 1e-2 * n, n)
+    turns = 2 * np.pi * np.outer(t, rng.uniform(0.9, 1.1, 2) * [1.3, 3.1])
+    a = np.sum(np.cos(turns + rng.uniform(0.0, 6.0, 2)), axis=1)
+    d = np.sign(np.sin(0.7 * t))
+    return ResidualRows(
+        log=np.arange(n) * logs // n,
+        t=t,
+        position=np.zeros(n),
+        velocity=0.1 * d,
+        acceleration=a,
+        residual=inertia * a + noise * rng.standard_normal(n),
+        jacobian=np.column_stack([a, d]),
+        names=("M", "F_C"),
+        values=np.array([5.0, 2.0]),
+        half_widths=np.array([0.1, 0.1]),
+    )
+
+
+def test_chance_is_as_often_as_it_is_said() -> None:
+    """Of 400 clean logs a share p has a probability below p, but that there are two looks."""
+    n = 1500
+    p = np.array([
+        change.probability
+        for seed in range(400)
+        if (change := load_changes(rows_of(np.zeros(n), 1.0, 1 + seed % 3, seed))) is not None
+    ])  # fmt: skip
+    assert len(p) > 390
+    for level in (0.2, 0.05, 0.01):
+        assert np.mean(p < level) <= level + 3 * np.sqrt(level / len(p))
+    assert p.min() > 1e-4
+
+
+def test_how_much_and_where_in_each_log() -> None:
+    n = 3000
+    present = np.arange(n) // 250 % 2 == 1
+    changes = load_changes(rows_of(2.0 * present, 0.5, 2, 0))
+    assert changes is not None
+    assert changes.probability < 1e-5
+    assert changes.greatest - changes.least == pytest.approx(2.0, rel=0.1)
+    assert np.mean((changes.more > 0) == present) > 0.9
