@@ -11,7 +11,8 @@ from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import sines, strokes
 from stribeck import Recording, identify
-from stribeck.identify.adequacy.load_changes import load_changes
+from stribeck.identify.adequacy.load_changes import LoadChanges, load_changes
+from stribeck.identify.adequacy.remainder import Remainder
 from stribeck.identify.adequacy.residual_rows import ResidualRows
 from stribeck.identify.result import Fit
 from stribeck.space import Array
@@ -101,13 +102,17 @@ def rows_of(inertia: Array, noise: float, logs: int, seed: int) -> ResidualRows:
     )
 
 
+def changes_of(rows: ResidualRows) -> LoadChanges | None:
+    return load_changes(Remainder(rows, np.empty((len(rows), 0))))
+
+
 def test_chance_is_as_often_as_it_is_said() -> None:
     """Of 400 clean logs a share p has a probability below p, but that there are two looks."""
     n = 1500
     p = np.array([
         change.probability
         for seed in range(400)
-        if (change := load_changes(rows_of(np.zeros(n), 1.0, 1 + seed % 3, seed))) is not None
+        if (change := changes_of(rows_of(np.zeros(n), 1.0, 1 + seed % 3, seed))) is not None
     ])  # fmt: skip
     assert len(p) > 390
     for level in (0.2, 0.05, 0.01):
@@ -118,7 +123,7 @@ def test_chance_is_as_often_as_it_is_said() -> None:
 def test_how_much_and_where_in_each_log() -> None:
     n = 3000
     present = np.arange(n) // 250 % 2 == 1
-    changes = load_changes(rows_of(2.0 * present, 0.5, 2, 0))
+    changes = changes_of(rows_of(2.0 * present, 0.5, 2, 0))
     assert changes is not None
     assert changes.probability < 1e-5
     assert changes.greatest - changes.least == pytest.approx(2.0, rel=0.1)

@@ -231,24 +231,23 @@ def _candidate(
         chances.append(CHANCE_NAMED / CHANCE * heard[1])
     seen = bins.probability <= CHANCE
     named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
-    comes = _load_that_comes(rows) if (look.variable, look.kind) == ("time", "inertia") else None
+    comes = _load_that_comes(remainder) if look.kind == "inertia" else None
     if not (seen or named or comes):
         return None
     if look.kind == "inertia" and rows.noisier is not None:
         steps = Pattern("", partial(_steps, rows, look))
-        gains, chances = without_motion_error(remainder, [*known, steps], block)
-        seen = seen and chances[-1] <= CHANCE_NAMED
-        named = [i for i in range(len(known)) if chances[i] <= CHANCE_NAMED]
-        if not (seen or named or comes):
-            return None
+        (*gains, _), (*chances, by_bins) = without_motion_error(remainder, [*known, steps], block)
+        seen = seen and by_bins <= CHANCE_NAMED
+        named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
     else:
         gains = [_gain(remainder, p.columns) for p in known]
-    if comes:
-        named.append(len(known))
-        # Each cell has an inertia of its own: a pattern with a name need not explain as much.
-        gains[len(known) :] = [NAMED * _gain(remainder, comes[0].columns)]
-        chances[len(known) :] = [comes[2]]
+    if comes and not named:  # each phase has a number of its own there: patterns of one go first
+        named = [len(known)]
         known.append(comes[0])
+        gains.append(_gain(remainder, comes[0].columns))
+        chances.append(comes[2])
+    if not (seen or named):
+        return None
     among = range(len(known)) if seen else named
     best = max(among, key=lambda i: gains[i])
     if seen and gains[best] < NAMED * bins.share:
@@ -272,13 +271,14 @@ def _candidate(
     return effect, pattern.columns
 
 
-def _load_that_comes(rows: ResidualRows) -> tuple[Pattern, Pattern, float] | None:
+def _load_that_comes(remainder: Remainder) -> tuple[Pattern, Pattern, float] | None:
     """A load that comes and goes, as seen from either end, from the farther one first.
 
     With the probability that chance makes it; None if it may. In the equation error of a
     simulated motion it is not looked for: neighbours there share their filter.
     """
-    changes = load_changes(rows) if rows.other is None else None
+    rows = remainder.rows
+    changes = load_changes(remainder) if rows.other is None else None
     if changes is None or changes.probability > CHANCE_NAMED:
         return None
     ends = sorted((changes.least, changes.greatest), key=abs, reverse=True)

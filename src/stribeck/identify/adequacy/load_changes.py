@@ -6,7 +6,9 @@ estimate of the inertia beside a constant force and a friction of its own, so th
 remembers for longer than a phase is none of it. Estimates of one inertia have errors of either
 sign; those of a load that stays for some phases and is away for others resemble their neighbours
 (the serial correlation of von Neumann 1941, doi 10.1214/aoms/1177731677; here over its own size, as
-phases are not equally long).
+phases are not equally long). The noise of the acceleration makes the inertia of slow strokes
+smaller; what the same noise once more adds to the estimates is taken off, as in
+`acceleration_error`.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from ...space import Array
+from .remainder import Remainder
 from .residual_rows import FEWEST, ResidualRows
 
 #: Phases that are taken together: a load may stay for long or short.
@@ -51,16 +54,16 @@ class LoadChanges:
     probability: float
 
 
-def load_changes(rows: ResidualRows) -> LoadChanges | None:
+def load_changes(remainder: Remainder) -> LoadChanges | None:
     """How the inertia in a residual comes and goes; None where it has too few phases.
 
     Args:
-        rows: The rows, with the residual that parameters and patterns leave.
+        remainder: What parameters and patterns leave of it.
     """
-    phase, log = _phases(rows)
+    phase, log = _phases(remainder.source)
     if len(log) < FEWEST:
         return None
-    score, known = _estimated(rows, phase)
+    score, known = _without_error(remainder, phase)
     in_all = np.bincount(log, known)[log]
     score = score - np.bincount(log, score)[log] / np.where(in_all > 0, in_all, np.inf) * known
     smooth = np.concatenate([_smoothed(score[log == k], known[log == k]) for k in np.unique(log)])
@@ -108,12 +111,27 @@ def _phases(rows: ResidualRows) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return (np.cumsum(begins) - 1)[phase], log[begins]
 
 
-def _estimated(rows: ResidualRows, phase: NDArray[np.intp]) -> tuple[Array, Array]:
+def _without_error(remainder: Remainder, phase: NDArray[np.intp]) -> tuple[Array, Array]:
+    """What `_estimated` would be of accelerations without noise, (phases,) each."""
+
+    def estimated(rows: ResidualRows) -> tuple[Array, Array]:
+        columns = np.column_stack([rows.jacobian, remainder.columns])
+        return _estimated(rows, rows.residual - columns @ remainder.x, phase)
+
+    score, known = estimated(remainder.source)
+    if noisier := [estimated(rows) for rows in remainder.source.with_more_error()]:
+        more = np.mean(noisier, axis=0)
+        score, known = 2.0 * score - more[0], 2.0 * known - more[1]
+    knows = known > 0.0
+    return np.where(knows, score, 0.0), np.where(knows, known, 0.0)
+
+
+def _estimated(rows: ResidualRows, residual: Array, phase: NDArray[np.intp]) -> tuple[Array, Array]:
     """Of each phase, the product of inertia and residual, and inertia's square, (phases,).
 
     Both less what a constant force and friction of the phase make of them.
     """
-    a, d, r = rows.inertial, rows.direction, rows.residual
+    a, d, r = rows.inertial, rows.direction, residual
 
     def total(values: Array) -> Array:
         return np.asarray(np.bincount(phase, values), dtype=float)
