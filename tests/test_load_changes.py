@@ -103,7 +103,7 @@ def rows_of(inertia: Array, noise: float, logs: int, seed: int) -> ResidualRows:
 
 
 def changes_of(rows: ResidualRows) -> LoadChanges | None:
-    return load_changes(Remainder(rows, np.empty((len(rows), 0))))
+    return load_changes(Remainder(rows, np.empty((len(rows), 0))), 1.0)
 
 
 def test_chance_is_as_often_as_it_is_said() -> None:

@@ -278,8 +278,8 @@ def _load_that_comes(remainder: Remainder) -> tuple[Pattern, Pattern, float] | N
     simulated motion it is not looked for: neighbours there share their filter.
     """
     rows = remainder.rows
-    changes = load_changes(remainder) if rows.other is None else None
-    if changes is None or changes.probability > CHANCE_NAMED:
+    changes = load_changes(remainder, CHANCE_NAMED) if rows.other is None else None
+    if changes is None:
         return None
     ends = sorted((changes.least, changes.greatest), key=abs, reverse=True)
     farther, nearer = (Pattern.load(rows, changes, end) for end in ends)

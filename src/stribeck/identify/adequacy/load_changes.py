@@ -54,16 +54,30 @@ class LoadChanges:
     probability: float
 
 
-def load_changes(remainder: Remainder) -> LoadChanges | None:
-    """How the inertia in a residual comes and goes; None where it has too few phases.
+def load_changes(remainder: Remainder, chance: float) -> LoadChanges | None:
+    """How the inertia in a residual comes and goes.
 
     Args:
         remainder: What parameters and patterns leave of it.
+        chance: Greatest probability of chance; None is returned where it is more probable, or
+            where there are too few phases.
     """
     phase, log = _phases(remainder.source)
     if len(log) < FEWEST:
         return None
-    score, known = _without_error(remainder, phase)
+    changes = None
+    for estimated in (_plain, _without_error):  # the latter takes several times as long
+        score, known = estimated(remainder, phase)
+        changes = _changes(score, known, phase, log)
+        if changes.probability > chance:
+            return None
+    return changes
+
+
+def _changes(
+    score: Array, known: Array, phase: NDArray[np.intp], log: NDArray[np.intp]
+) -> LoadChanges:
+    """Inertia from phase to phase, as `_estimated` has it of each."""
     in_all = np.bincount(log, known)[log]
     score = score - np.bincount(log, score)[log] / np.where(in_all > 0, in_all, np.inf) * known
     smooth = np.concatenate([_smoothed(score[log == k], known[log == k]) for k in np.unique(log)])
@@ -111,15 +125,19 @@ def _phases(rows: ResidualRows) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return (np.cumsum(begins) - 1)[phase], log[begins]
 
 
+def _plain(remainder: Remainder, phase: NDArray[np.intp]) -> tuple[Array, Array]:
+    """What `_estimated` is of the rows as they are, (phases,) each."""
+    return _estimated(remainder.source, remainder.rows.residual, phase)
+
+
 def _without_error(remainder: Remainder, phase: NDArray[np.intp]) -> tuple[Array, Array]:
     """What `_estimated` would be of accelerations without noise, (phases,) each."""
-
-    def estimated(rows: ResidualRows) -> tuple[Array, Array]:
+    score, known = _plain(remainder, phase)
+    noisier = []
+    for rows in remainder.source.with_more_error():
         columns = np.column_stack([rows.jacobian, remainder.columns])
-        return _estimated(rows, rows.residual - columns @ remainder.x, phase)
-
-    score, known = estimated(remainder.source)
-    if noisier := [estimated(rows) for rows in remainder.source.with_more_error()]:
+        noisier.append(_estimated(rows, rows.residual - columns @ remainder.x, phase))
+    if noisier:
         more = np.mean(noisier, axis=0)
         score, known = 2.0 * score - more[0], 2.0 * known - more[1]
     knows = known > 0.0
