@@ -217,6 +217,7 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         ("I_max = 8.0", "I_max = -8.0", "I_max = -8 must be above zero"),
         ("I_max = 8.0", "I_max = 8.0\narmature = -0.1", "armature = -0.1 must not be below 0"),
         ("m = 0.4", "m = -0.4", "m = -0.4 must not be below 0"),
+        ("m = 0.4", 'm = "0.4 foo"', r"load\.pendulum\.m: '0.4 foo': unknown unit 'foo'"),
         (
             "[load.pendulum]",
             "[transmission.gear]\ngear_ratio = 5.0\neta = 1.2\n[load.pendulum]",

@@ -334,7 +334,11 @@ def _written(c: Coefficient, text: str, place: str) -> tuple[float, float, Origi
         raise InputError(f"{place}: {text!r}: a comment behind # says where a value stands")
     factor = 1.0
     if stated.unit:
-        if not convertible(stated.unit, c.unit):
+        try:
+            fits = convertible(stated.unit, c.unit)
+        except InputError as error:
+            raise InputError(f"{place}: {text!r}: {error}") from error
+        if not fits:
             written = f"it is in {c.unit}" if c.unit else f"it is a number alone: {c.doc}"
             raise InputError(f"{place}: {text!r}: {written}")
         factor = unit(stated.unit).factor / unit(c.unit).factor
