@@ -74,6 +74,13 @@ def test_a_mapping_that_is_the_rigs_is_told_from_ones_own(tmp_path: Path, run: R
     assert "rig servo-pendulum has that mapping: --column CHANNEL=HEAD says another" in line
 
 
+def test_a_log_is_looked_at_that_its_rig_cannot_simulate(tmp_path: Path, run: Run) -> None:
+    done = run("check", log(tmp_path, "time [s],pos [mm]"), "--rig", "slide-bed")
+    assert done.status == 0
+    assert done.err.startswith("warning: log.csv: no command is in the log, and the slide goes")
+    assert "samples" in done.out
+
+
 def test_a_refusal_shows_no_more_channels_than_one_reads(tmp_path: Path, run: Run) -> None:
     many = 100
     heads = ",".join(["time", "a_pos", *(f"b{k}" for k in range(3, many + 1))])

@@ -120,6 +120,36 @@ def test_chance_is_as_often_as_it_is_said() -> None:
     assert p.min() > 1e-4
 
 
+def stroke_rows(seed: int, memory: float) -> ResidualRows:
+    """Residuals of strokes at random speeds, noise alone that remembers for so many rows."""
+    rng = np.random.default_rng(seed)
+    t, x, v = (channel[::10] for channel in strokes(rng.choice([0.1, 0.15, 0.2, 0.25], 24), 0.12))
+    slides = np.abs(v) > 0.01 * np.abs(v).max()
+    t, x, v, a = (channel[slides] for channel in (t, x, v, np.gradient(v, t)))
+    n = len(t)
+    return ResidualRows(
+        log=np.zeros(n, dtype=np.intp),
+        t=t,
+        position=x,
+        velocity=v,
+        acceleration=a,
+        residual=sensors.autoregressive(rng.standard_normal(n), memory),
+        jacobian=np.column_stack([a, v, np.sign(v), np.ones(n)]),
+        names=("M", "F_V", "F_C", "offset"),
+        values=np.ones(4),
+        half_widths=np.ones(4),
+    )
+
+
+@pytest.mark.parametrize("memory", [0.0, 12.0, 50.0, 100.0])
+def test_noise_makes_no_load_however_long_it_remembers(memory: float) -> None:
+    """Memory of the length of a phase, 10 rows, and more makes small chances too frequent."""
+    changes = [changes_of(stroke_rows(seed, memory)) for seed in range(300)]
+    p = np.array([change.probability for change in changes if change is not None])
+    assert len(p) == len(changes)
+    assert p.min() > 1e-4
+
+
 def test_how_much_and_where_in_each_log() -> None:
     n = 3000
     present = np.arange(n) // 250 % 2 == 1

@@ -337,6 +337,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
         parts = {
             "controller": {"none": {}}, "motor": {"force": {"F_max": "80 nameplate"}},
             "transmission": {"screw": {"lead": 0.01}},
+            "sensor": {"lead-error": {"err_period": 0.01, "err_sin": 1e-5}},
             "load": {"mass": {}, "spring": {"k_spring": 1}},
         }  # fmt: skip
         state = opened.choose(rig="axis.toml", axis=parts, law="", drive={"signal": "N"})

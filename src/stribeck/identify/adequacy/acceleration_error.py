@@ -10,7 +10,6 @@ section 2.2; corrected scores: Nakamura 1990, doi 10.1093/biomet/77.1.127).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,15 +52,13 @@ def _judged(remainder: Remainder, columns: Array, block: NDArray[np.intp]) -> tu
 
     def without_error(of: Callable[[Array, Array, Array], Array]) -> Array:
         """What something would be of parameters' and patterns' columns and of the residual."""
-        first, *others = (
-            of(
+        return rows.without_error(
+            lambda r: of(
                 np.column_stack([r.jacobian, remainder.columns]),
                 shapes * r.inertial[:, None],
                 r.residual,
             )
-            for r in chain([rows], rows.with_more_error())
         )
-        return np.asarray(2.0 * first - np.mean(others, axis=0))
 
     k = rows.jacobian.shape[1] + remainder.columns.shape[1]
 

@@ -91,8 +91,8 @@ def with_effects(
             estimates = tuple(map(_widened, parameters.every, estimates, ends))
         wide = frozenset(
             q.name
-            for q, e, shift in zip(parameters.every, estimates, shifts, strict=True)
-            if shift and max(e.high - e.value, e.value - e.low) > IDENTIFIED * abs(e.value)
+            for q, e, *moves in zip(parameters.every, estimates, shifts, opposite, strict=True)
+            if any(moves) and max(e.high - e.value, e.value - e.low) > IDENTIFIED * abs(e.value)
         )
         changes = _changes(parameters, estimates, shifts)
         if any(opposite):

@@ -129,7 +129,7 @@ def effects(rows: ResidualRows) -> Effects:
         looks = _looks(remainder.rows, block, flips)
     columns = material = _no_terms(rows)
     while len(result) < MOST:
-        candidates = [c for look in looks if (c := _candidate(remainder, look, block, flips))]
+        candidates = [c for look in looks if (c := _seen(remainder, look, block, flips))]
         if not candidates:
             break
         effect, pattern = max(candidates, key=lambda c: c[0].share)
@@ -139,7 +139,7 @@ def effects(rows: ResidualRows) -> Effects:
         gone = before.rows.residual - remainder.rows.residual
         # Which of the scales that fit as well it is, nobody knows: the greatest shift counts.
         shifts = _material(rows, [shifts, *effect.others])
-        opposite = _material(rows, [effect.opposite] if effect.opposite else [])
+        opposite = _material(rows, [effect.opposite])
         size = float(np.sqrt(np.mean(gone**2)))
         result.append(replace(effect, shifts=shifts, opposite=opposite, size=size))
         material = np.column_stack([material, pattern]) if shifts else material
@@ -212,6 +212,22 @@ def _signed(rows: ResidualRows, kind: Kind) -> Array:
     return rows.residual * carrier(rows, kind)
 
 
+def _seen(
+    remainder: Remainder, look: BinnedResidual, block: NDArray[np.intp], flips: Array
+) -> tuple[Effect, Array] | None:
+    """The effect of a look, or where that is an inertia without a name, the load that comes.
+
+    Each phase has a number of its own there: a pattern of one goes before it.
+    """
+    candidate = _candidate(remainder, look, block, flips)
+    if look.kind != "inertia" or (candidate and candidate[0].pattern):
+        return candidate
+    load = _load_that_comes(remainder)
+    if candidate and load and load[0].share < NAMED * candidate[0].share:
+        return candidate
+    return load or candidate
+
+
 def _candidate(
     remainder: Remainder, look: BinnedResidual, block: NDArray[np.intp], flips: Array
 ) -> tuple[Effect, Array] | None:
@@ -231,23 +247,17 @@ def _candidate(
         chances.append(CHANCE_NAMED / CHANCE * heard[1])
     seen = bins.probability <= CHANCE
     named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
-    comes = _load_that_comes(remainder) if look.kind == "inertia" else None
-    if not (seen or named or comes):
+    if not (seen or named):
         return None
     if look.kind == "inertia" and rows.noisier is not None:
         steps = Pattern("", partial(_steps, rows, look))
-        (*gains, _), (*chances, by_bins) = without_motion_error(remainder, [*known, steps], block)
+        gains, (*chances, by_bins) = without_motion_error(remainder, [*known, steps], block)
         seen = seen and by_bins <= CHANCE_NAMED
         named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
+        if not (seen or named):
+            return None
     else:
         gains = [_gain(remainder, p.columns) for p in known]
-    if comes and not named:  # each phase has a number of its own there: patterns of one go first
-        named = [len(known)]
-        known.append(comes[0])
-        gains.append(_gain(remainder, comes[0].columns))
-        chances.append(comes[2])
-    if not (seen or named):
-        return None
     among = range(len(known)) if seen else named
     best = max(among, key=lambda i: gains[i])
     if seen and gains[best] < NAMED * bins.share:
@@ -266,24 +276,28 @@ def _candidate(
     effect = Effect(
         look.variable, look.kind, pattern.name, pattern.scale, share, least,
         others=tuple(_shifts(remainder, p.columns) for p in alike),
-        opposite=_shifts(remainder, comes[1].columns) if comes and pattern is comes[0] else {},
     )  # fmt: skip
     return effect, pattern.columns
 
 
-def _load_that_comes(remainder: Remainder) -> tuple[Pattern, Pattern, float] | None:
-    """A load that comes and goes, as seen from either end, from the farther one first.
+def _load_that_comes(remainder: Remainder) -> tuple[Effect, Array] | None:
+    """A load that comes and goes, as seen from the farther of its two ends, and its columns.
 
-    With the probability that chance makes it; None if it may. In the equation error of a
-    simulated motion it is not looked for: neighbours there share their filter.
+    None if chance would show it. In the equation error of a simulated motion it is not looked for:
+    neighbours there share their filter.
     """
     rows = remainder.rows
     changes = load_changes(remainder, CHANCE_NAMED) if rows.other is None else None
     if changes is None:
         return None
     ends = sorted((changes.least, changes.greatest), key=abs, reverse=True)
-    farther, nearer = (Pattern.load(rows, changes, end) for end in ends)
-    return farther, nearer, changes.probability
+    farther, nearer = (rows.inertial * (changes.more - end) for end in ends)
+    share = _gain(remainder, farther[:, None])
+    effect = Effect(
+        "time", "inertia", "intermittent", float("nan"), share, changes.probability,
+        opposite=_shifts(remainder, nearer),
+    )  # fmt: skip
+    return effect, farther
 
 
 def _shifts(remainder: Remainder, columns: Array) -> dict[str, float]:
@@ -298,7 +312,7 @@ def _material(rows: ResidualRows, shifts: Sequence[dict[str, float]]) -> dict[st
     result: dict[str, float] = {}
     for name, value, half in zip(rows.names, rows.values, rows.half_widths, strict=True):
         least = max(OF_INTERVAL * half, OF_VALUE * abs(value))
-        greatest = max((s[name] for s in shifts), key=abs, default=0.0)
+        greatest = max((s.get(name, 0.0) for s in shifts), key=abs, default=0.0)
         if abs(greatest) > least:
             result[name] = greatest
     return result

@@ -1,14 +1,13 @@
 """An inertia that comes and goes within a log, as the load of an axis that picks and places.
 
-Twelve bins of time are too few for a load that is there for every other stroke, and one change for
-good is none of it. Here each phase of a motion, in which the axis speeds up or slows down, has an
-estimate of the inertia beside a constant force and a friction of its own, so that noise which
-remembers for longer than a phase is none of it. Estimates of one inertia have errors of either
-sign; those of a load that stays for some phases and is away for others resemble their neighbours
-(the serial correlation of von Neumann 1941, doi 10.1214/aoms/1177731677; here over its own size, as
-phases are not equally long). The noise of the acceleration makes the inertia of slow strokes
-smaller; what the same noise once more adds to the estimates is taken off, as in
-`acceleration_error`.
+Twelve bins of time are too coarse for a load that is there for every other stroke, and a single
+change does not describe it. Here each phase of a motion, in which the axis speeds up or slows down,
+has an estimate of the inertia beside a constant force and a friction of its own, which take up what
+noise remembers for longer. Estimates of one inertia have errors of either sign; those of a load
+that stays for some phases and is away for others resemble their neighbours (the serial correlation
+of von Neumann 1941, doi 10.1214/aoms/1177731677; here over its own size, as phases are not equally
+long). The noise of the acceleration makes the inertia of slow strokes smaller; what the same noise
+once more adds to the estimates is taken off, as in `acceleration_error`.
 """
 
 from __future__ import annotations
@@ -62,22 +61,24 @@ def load_changes(remainder: Remainder, chance: float) -> LoadChanges | None:
         chance: Greatest probability of chance; None is returned where it is more probable, or
             where there are too few phases.
     """
-    phase, log = _phases(remainder.source)
+    rows = remainder.source
+    phase, log = _phases(rows)
     if len(log) < FEWEST:
         return None
-    changes = None
-    for estimated in (_plain, _without_error):  # the latter takes several times as long
-        score, known = estimated(remainder, phase)
-        changes = _changes(score, known, phase, log)
-        if changes.probability > chance:
-            return None
-    return changes
+
+    def estimated(rows: ResidualRows) -> Array:
+        columns = np.column_stack([rows.jacobian, remainder.columns])
+        return _estimated(rows, rows.residual - columns @ remainder.x, phase)
+
+    changes = _changes(estimated(rows), phase, log)
+    if changes.probability <= chance:  # what takes several times as long
+        changes = _changes(rows.without_error(estimated), phase, log)
+    return changes if changes.probability <= chance else None
 
 
-def _changes(
-    score: Array, known: Array, phase: NDArray[np.intp], log: NDArray[np.intp]
-) -> LoadChanges:
+def _changes(estimated: Array, phase: NDArray[np.intp], log: NDArray[np.intp]) -> LoadChanges:
     """Inertia from phase to phase, as `_estimated` has it of each."""
+    score, known = np.where(estimated[1] > 0.0, estimated, 0.0)
     in_all = np.bincount(log, known)[log]
     score = score - np.bincount(log, score)[log] / np.where(in_all > 0, in_all, np.inf) * known
     smooth = np.concatenate([_smoothed(score[log == k], known[log == k]) for k in np.unique(log)])
@@ -125,27 +126,8 @@ def _phases(rows: ResidualRows) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return (np.cumsum(begins) - 1)[phase], log[begins]
 
 
-def _plain(remainder: Remainder, phase: NDArray[np.intp]) -> tuple[Array, Array]:
-    """What `_estimated` is of the rows as they are, (phases,) each."""
-    return _estimated(remainder.source, remainder.rows.residual, phase)
-
-
-def _without_error(remainder: Remainder, phase: NDArray[np.intp]) -> tuple[Array, Array]:
-    """What `_estimated` would be of accelerations without noise, (phases,) each."""
-    score, known = _plain(remainder, phase)
-    noisier = []
-    for rows in remainder.source.with_more_error():
-        columns = np.column_stack([rows.jacobian, remainder.columns])
-        noisier.append(_estimated(rows, rows.residual - columns @ remainder.x, phase))
-    if noisier:
-        more = np.mean(noisier, axis=0)
-        score, known = 2.0 * score - more[0], 2.0 * known - more[1]
-    knows = known > 0.0
-    return np.where(knows, score, 0.0), np.where(knows, known, 0.0)
-
-
-def _estimated(rows: ResidualRows, residual: Array, phase: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Of each phase, the product of inertia and residual, and inertia's square, (phases,).
+def _estimated(rows: ResidualRows, residual: Array, phase: NDArray[np.intp]) -> Array:
+    """Of each phase, the product of inertia and residual, and inertia's square, (2, phases).
 
     Both less what a constant force and friction of the phase make of them.
     """
@@ -165,5 +147,4 @@ def _estimated(rows: ResidualRows, residual: Array, phase: NDArray[np.intp]) -> 
         return np.where(two, mixed / np.where(two, both, 1.0), a1 * y1 / n)
 
     score, known = total(a * r) - made(r1, rd), aa - made(a1, ad)
-    knows = known > _KNOWN * aa
-    return np.where(knows, score, 0.0), np.where(knows, known, 0.0)
+    return np.where(known > _KNOWN * aa, [score, known], 0.0)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ...space import Array
 from .bins import between, bin_of, probability
-from .load_changes import LoadChanges
 from .residual_rows import ResidualRows
 
 Variable = Literal["speed", "position", "time", "acceleration"]
@@ -79,11 +78,6 @@ class Pattern:
     def change(cls, rows: ResidualRows, kind: Kind, at: float) -> Pattern:
         """A change for good some time after the start of a log."""
         return cls("change", lambda: carrier(rows, kind) * (rows.since >= at), at)
-
-    @classmethod
-    def load(cls, rows: ResidualRows, changes: LoadChanges, away: float) -> Pattern:
-        """A load that comes and goes, above an inertia that is more than its mean by some kg."""
-        return cls("intermittent", lambda: rows.inertial * (changes.more - away))
 
     def finer(self, rows: ResidualRows, kind: Kind) -> list[Pattern]:
         """The same with the scales between its own and the next ones; itself if it has none."""

@@ -116,7 +116,17 @@ class ResidualRows:
             columns[name] = None if values is None else values[chosen]
         return replace(self, **columns)
 
-    def with_more_error(self) -> Iterator[ResidualRows]:
+    def without_error(self, of: Callable[[ResidualRows], Array]) -> Array:
+        """What something of the rows would be without the error of the motion.
+
+        Args:
+            of: It: sums of products of columns, which grow with the square of that error.
+        """
+        first: Array = of(self)
+        more = [of(rows) for rows in self._with_more_error()]
+        return 2.0 * first - np.mean(more, axis=0) if more else first
+
+    def _with_more_error(self) -> Iterator[ResidualRows]:
         """The rows with the error of the motion added once more, by chance, several times."""
         if self.noisier is None or self.place is None:
             return
