@@ -104,6 +104,7 @@ RIPPLE = r"alias|ripple|oscillat|periodic"
 SPEED = r"speed|velocity|stribeck|drop|square"
 PLACE = r"position|cogging|harmonic|place|periodic|spring|stiffness"
 TIME = r"\btime\b|temperature|warm|drift|third"
+WANDER = r"stroke to stroke|" + TIME
 SIDES = r"direction|asymm|\bside|rightward|leftward"
 BACKLASH = r"backlash|play|position|reversal|direction|hyster"
 RECURS = r"comes back wherever"

@@ -34,12 +34,14 @@ from fault_row import (
     SPEED,
     STEP,
     TIME,
+    WANDER,
     WRAP,
     Row,
     fault,
 )
 from foreign import cylinder, driven, joint, presliding, servo, slide_bed
 from foreign.friction import Curve, coulomb_viscous
+from foreign_axes import SPEEDS
 
 # --- force balances -------------------------------------------------------------------------------
 
@@ -122,6 +124,8 @@ SLIDE = [
     Row("forced", "3 kg are loaded at 8 s", LOAD, fault("loaded", "force", mass=3.0, at=8.0)),
     Row("forced", "3 kg come and go every 4 s", LOAD,
         fault("fetched", "force", mass=3.0, stays=4.0)),
+    Row("forced", "friction wanders by 4 N in 15 s", WANDER,
+        fault("wandered", "force", size=4.0, seconds=15.0), machine={"speeds": SPEEDS * 3}),
     Row("forced", "4 kg are carried to the right only", RECURS,
         fault("carried", "force", mass=4.0)),
     Row("forced", "4 N more friction while braking", RECURS, fault("braked", "force", size=4.0)),

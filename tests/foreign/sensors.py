@@ -115,6 +115,13 @@ def pushed(table: Table, channel: str, size: float, low: float, high: float) -> 
     return table | {channel: table[channel] + size * acts}
 
 
+def wandered(table: Table, channel: str, size: float, seconds: float) -> Table:
+    """A force with friction besides that rises and falls, in two periods that hardly meet again."""
+    phases = 2.0 * np.pi * table["t"] / seconds
+    more = 0.5 * size * (np.sin(phases) + np.sin(0.61 * phases))
+    return table | {channel: table[channel] + more * np.sign(table["velocity"])}
+
+
 def frozen(table: Table, channel: str, start: float, stop: float) -> Table:
     """The value at `start` until `stop`."""
     values, (i, j) = table[channel].copy(), np.searchsorted(table["t"], (start, stop))

@@ -50,6 +50,7 @@ _WORDS = {
     ("time", "force", "tone"): "is a wave in time, period {scale}, that the motion does not have",
     ("time", "force", ""): "changes over the log",
     ("time", "friction", "drift"): "is friction that drifts, as of an axis that warms up",
+    ("time", "friction", "intermittent"): "is friction that rises and falls from stroke to stroke",
     ("time", "friction", ""): "is friction that changes over the log",
     ("time", "inertia", "drift"): "is that of an inertia that drifts",
     ("time", "inertia", "change"): "is that of an inertia that changes {scale}",
@@ -188,24 +189,31 @@ def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recordin
         text = "take the play out, or measure the position where the force acts"
     elif effect.variable == "acceleration":
         text = "a load, a delay between channels or play in the drive does that"
-    elif effect.kind == "inertia":
-        text = (
+    else:
+        text = _of_time(parameters, effect, recordings)
+    return text
+
+
+def _of_time(parameters: Parameters, effect: Effect, recordings: Sequence[Recording]) -> str:
+    if effect.kind == "inertia":
+        return (
             f"a load comes or goes; train on one load ({option('train')}), or log each load apart"
         )
-    elif effect.pattern == "tone":
-        text = (
+    if effect.pattern == "tone":
+        return (
             "something beside the axis pulls, or what is faster than half the sampling rate folds "
             "down: log with it at rest, or take its force off"
         )
-    elif effect.kind == "force":
-        text = f"the zero of a channel or a load drifts; train on shorter parts ({option('train')})"
-    elif all(log.temperature is not None for log in recordings):
-        text = _term(parameters, "temperature")
-    else:
-        text = (
-            f"train on the part in which it is steady ({option('train')}), or log the temperature"
+    if effect.kind == "force":
+        return f"the zero of a channel or a load drifts; train on shorter parts ({option('train')})"
+    if all(log.temperature is not None for log in recordings):
+        return _term(parameters, "temperature")
+    if effect.pattern == "intermittent":
+        return (
+            "look for what it goes with (lubricant, temperature, a load on the guides), or reckon "
+            "with all of the interval"
         )
-    return text
+    return f"train on the part in which it is steady ({option('train')}), or log the temperature"
 
 
 def _of_position(parameters: Parameters, effect: Effect) -> str:

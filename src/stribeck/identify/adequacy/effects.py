@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ...space import Array
 from .acceleration_error import without_motion_error
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
-from .load_changes import load_changes
 from .patterns import Kind, Pattern, Variable, carrier, patterns, tone, wave_shares
+from .phase_changes import phase_changes
 from .recurrence import SEEN, Recurrence, recurrence
 from .remainder import Remainder
 from .residual_rows import FEWEST, ROWS, ResidualRows, blocks
@@ -215,17 +215,17 @@ def _signed(rows: ResidualRows, kind: Kind) -> Array:
 def _seen(
     remainder: Remainder, look: BinnedResidual, block: NDArray[np.intp], flips: Array
 ) -> tuple[Effect, Array] | None:
-    """The effect of a look, or where that is an inertia without a name, the load that comes.
+    """The effect of a look, or where that has no name, what comes and goes from phase to phase.
 
     Each phase has a number of its own there: a pattern of one goes before it.
     """
     candidate = _candidate(remainder, look, block, flips)
-    if look.kind != "inertia" or (candidate and candidate[0].pattern):
+    if look.variable != "time" or look.kind == "force" or (candidate and candidate[0].pattern):
         return candidate
-    load = _load_that_comes(remainder)
-    if candidate and load and load[0].share < NAMED * candidate[0].share:
+    unsteady = _unsteady(remainder, look.kind)
+    if candidate and unsteady and unsteady[0].share < NAMED * candidate[0].share:
         return candidate
-    return load or candidate
+    return unsteady or candidate
 
 
 def _candidate(
@@ -280,21 +280,24 @@ def _candidate(
     return effect, pattern.columns
 
 
-def _load_that_comes(remainder: Remainder) -> tuple[Effect, Array] | None:
-    """A load that comes and goes, as seen from the farther of its two ends, and its columns.
+def _unsteady(
+    remainder: Remainder, kind: Literal["inertia", "friction"]
+) -> tuple[Effect, Array] | None:
+    """What comes and goes, as seen from the farther of its two ends, and its columns.
 
     None if chance would show it. In the equation error of a simulated motion it is not looked for:
     neighbours there share their filter.
     """
     rows = remainder.rows
-    changes = load_changes(remainder, CHANCE_NAMED) if rows.other is None else None
+    changes = phase_changes(remainder, kind, CHANCE_NAMED) if rows.other is None else None
     if changes is None:
         return None
+    along = rows.inertial if kind == "inertia" else rows.direction
     ends = sorted((changes.least, changes.greatest), key=abs, reverse=True)
-    farther, nearer = (rows.inertial * (changes.more - end) for end in ends)
+    farther, nearer = (along * (changes.more - end) for end in ends)
     share = _gain(remainder, farther[:, None])
     effect = Effect(
-        "time", "inertia", "intermittent", float("nan"), share, changes.probability,
+        "time", kind, "intermittent", float("nan"), share, changes.probability,
         opposite=_shifts(remainder, nearer),
     )  # fmt: skip
     return effect, farther

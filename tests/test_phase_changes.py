@@ -1,8 +1,10 @@
-"""A load that is picked up and put down again and again is told, and both its inertias."""
+"""A load that comes and goes is told with both its inertias, and friction with its range."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import sines, strokes
 from stribeck import Recording, identify
-from stribeck.identify.adequacy.load_changes import LoadChanges, load_changes
+from stribeck.identify.adequacy.phase_changes import PhaseChanges, phase_changes
 from stribeck.identify.adequacy.remainder import Remainder
 from stribeck.identify.adequacy.residual_rows import ResidualRows
 from stribeck.identify.result import Fit
@@ -102,8 +104,10 @@ def rows_of(inertia: Array, noise: float, logs: int, seed: int) -> ResidualRows:
     )
 
 
-def changes_of(rows: ResidualRows) -> LoadChanges | None:
-    return load_changes(Remainder(rows, np.empty((len(rows), 0))), 1.0)
+def changes_of(
+    rows: ResidualRows, kind: Literal["inertia", "friction"] = "inertia"
+) -> PhaseChanges | None:
+    return phase_changes(Remainder(rows, np.empty((len(rows), 0))), kind, 1.0)
 
 
 def test_chance_is_as_often_as_it_is_said() -> None:
@@ -120,10 +124,11 @@ def test_chance_is_as_often_as_it_is_said() -> None:
     assert p.min() > 1e-4
 
 
-def stroke_rows(seed: int, memory: float) -> ResidualRows:
+def stroke_rows(seed: int, memory: float, count: int = 24) -> ResidualRows:
     """Residuals of strokes at random speeds, noise alone that remembers for so many rows."""
     rng = np.random.default_rng(seed)
-    t, x, v = (channel[::10] for channel in strokes(rng.choice([0.1, 0.15, 0.2, 0.25], 24), 0.12))
+    speeds = rng.choice([0.1, 0.15, 0.2, 0.25], count)
+    t, x, v = (channel[::10] for channel in strokes(speeds, 0.12))
     slides = np.abs(v) > 0.01 * np.abs(v).max()
     t, x, v, a = (channel[slides] for channel in (t, x, v, np.gradient(v, t)))
     n = len(t)
@@ -158,3 +163,81 @@ def test_how_much_and_where_in_each_log() -> None:
     assert changes.probability < 1e-5
     assert changes.greatest - changes.least == pytest.approx(2.0, rel=0.1)
     assert np.mean((changes.more > 0) == present) > 0.9
+
+
+@pytest.mark.parametrize("memory", [0.0, 12.0, 50.0, 100.0, 1000.0])
+def test_noise_makes_no_friction_however_long_it_remembers(memory: float) -> None:
+    """Of two strokes it adds to the friction of one, and takes as much from that of the other."""
+    changes = [changes_of(stroke_rows(seed, memory, 40), "friction") for seed in range(300)]
+    p = np.array([change.probability for change in changes if change is not None])
+    assert len(p) == len(changes)
+    for level in (0.2, 0.05, 0.01):
+        assert np.mean(p < level) <= level + 3 * np.sqrt(level / len(p))
+    assert p.min() > 1e-4
+
+
+@pytest.mark.parametrize("period", [7.0, 30.0, 200.0])
+def test_a_zero_that_drifts_is_no_friction(period: float) -> None:
+    rows = stroke_rows(0, 0.0, 40)
+    zero = 20.0 * np.sin(2 * np.pi * rows.t / period)
+    change = changes_of(replace(rows, residual=rows.residual + zero), "friction")
+    assert change is not None
+    assert change.probability > 0.5
+
+
+@pytest.mark.parametrize("misfit", ["speed", "place"])
+def test_what_goes_with_the_speed_or_the_place_of_strokes_is_not_told_as_wandering(
+    misfit: str,
+) -> None:
+    """Neighbours are as fast as each other, or at like places, where an experiment goes on so."""
+    rows = stroke_rows(0, 0.0, 40)
+    stroke = np.cumsum(np.diff(rows.direction, prepend=rows.direction[0]) != 0)
+    again = {
+        "speed": replace(rows, velocity=rows.direction * (0.1 + 0.005 * stroke)),
+        "place": replace(rows, position=rows.position + 0.01 * stroke),
+    }[misfit]
+    along = 30.0 * np.abs(again.velocity) if misfit == "speed" else 10.0 * again.position
+    change = changes_of(replace(again, residual=rows.residual + rows.direction * along), "friction")
+    assert change is not None
+    assert change.probability > 1e-3
+
+
+def wandering(kind: str, seed: int, size: float, memory: float = 0.0) -> tuple[Fit, Array]:
+    """A balance of an axis with a friction of 18 N that rises and falls, and that friction."""
+    rng = np.random.default_rng(seed)
+    if kind == "strokes":
+        t, x, _ = strokes(rng.choice([0.1, 0.15, 0.2, 0.25], 40), 0.12)
+    else:
+        t, x = sines(60.0, np.array([0.05, 0.03]), rng.uniform(0.9, 1.1, 2) * [0.35, 0.91])
+    curve = coulomb_viscous(18.0, 70.0)
+    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=11.0)
+    m = driven.simulate(EMPTY, curve, curve, loop, t, x, driven.Extras(offset=2.0))._asdict()
+    steady, moves = m["force"], np.abs(m["velocity"]) > 1e-3
+    m = sensors.wandered(m, "force", size, 19.0)
+    friction = 18.0 + ((m["force"] - steady) * np.sign(m["velocity"]))[moves]
+    m = sensors.noisy(m, "force", 0.6, rng, memory=memory)
+    m = sensors.noisy(m, "position", 1e-6, rng)
+    log = Recording(m["t"], m["position"], force=m["force"])
+    return identify(log, rig="forced", law="coulomb-viscous"), friction
+
+
+@pytest.mark.parametrize("kind", ["strokes", "sines"])
+@pytest.mark.parametrize("seed", range(2))
+def test_friction_that_wanders_is_told_with_its_range(kind: str, seed: int) -> None:
+    fit, true = wandering(kind, seed, 4.0)
+    least, low, high, greatest = np.quantile(true, [0.0, 0.2, 0.8, 1.0])
+    friction = next(e for e in fit.estimates if e.name == "F_C")
+    assert friction.verdict != "identified"
+    assert least < friction.low < low
+    assert high < friction.high < greatest
+    assert sum("rises and falls from stroke to stroke" in w for w in fit.warnings) == 1
+
+
+@pytest.mark.parametrize("kind", ["strokes", "sines"])
+@pytest.mark.parametrize(("seed", "memory"), [(0, 0.0), (1, 60.0), (2, 600.0)])
+def test_friction_that_does_not_is_identified(kind: str, seed: int, memory: float) -> None:
+    fit, _ = wandering(kind, seed, 0.0, memory)
+    friction = next(e for e in fit.estimates if e.name == "F_C")
+    assert friction.verdict == "identified"
+    assert friction.low < 18.0 < friction.high
+    assert not any("stroke to stroke" in w for w in fit.warnings)
