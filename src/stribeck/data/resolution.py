@@ -17,6 +17,8 @@ from ..space import Array
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
 
 #: Of longer channels so many samples are looked at, in so many stretches: a million show steps and
 #: noise as well as all do.
@@ -167,13 +169,26 @@ def _holds(some: Array, increment: float) -> bool:
     span = float(x[-1])
     slips = np.arange(-_SLIPS, _SLIPS + 1)
     teeth = span / increment + slips[np.abs(slips) < 2.0 * span / increment] / 4.0
-    phasors = np.array([np.exp(2j * np.pi * k / span * x).mean() for k in teeth])
+    phasors = _phasors(x / span, teeth)
     best = int(np.argmax(np.abs(phasors)))
     place = x * (teeth[best] / span) - np.angle(phasors[best]) / (2.0 * np.pi)
     tooth = np.rint(place)
     slope, start = np.polyfit(tooth, place, 1)
     off = np.abs(place - slope * tooth - start)
     return bool(np.quantile(off, _ON) < _QUARTER)
+
+
+def _phasors(x: Array, teeth: Array) -> NDArray[np.complex128]:
+    """The mean of exp(2πi k x) for each number of teeth k; these are evenly spaced.
+
+    As products of phases for each so many of them, and for those between: most exponentials are not
+    asked for.
+    """
+    each = int(np.ceil(np.sqrt(len(teeth))))
+    begins, between = teeth[::each], teeth[:each] - teeth[0]
+    coarse, fine = (np.exp(2j * np.pi * k[:, None] * x) for k in (begins, between))
+    means: NDArray[np.complex128] = np.matmul(coarse, fine.T).ravel()[: len(teeth)] / len(x)
+    return means
 
 
 @_remembered
