@@ -35,7 +35,8 @@ from stribeck.export.fmu.description import exponents
 from stribeck.export.model import Model
 from stribeck.friction import law_named
 from stribeck.friction.law import NORMAL
-from stribeck.rig.motion.drives import AXIS, IDLE, SLIDE, AxisInputs, rows
+from stribeck.rig.motion.axis_row import rows
+from stribeck.rig.motion.drives import AXIS, IDLE, SLIDE, AxisInputs
 from stribeck.rig.motion.implicit import motions
 from stribeck.rig.motion.track import Track
 from stribeck.rig.parts import part_named

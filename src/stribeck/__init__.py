@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from .optimize import METHODS, Run, Search, minimize
     from .report.page.fit_page import report
     from .rig import RIGS, Rig
-    from .rig.recorded_twin import twin
+    from .rig.twin import twin
     from .space import Param, Space
 
 __all__ = [
@@ -116,7 +116,7 @@ _HOMES = {
     "report": "report.page.fit_page",
     "select": "identify.selection.select",
     "simulate": "identify.simulate",
-    "twin": "rig.recorded_twin",
+    "twin": "rig.twin",
     "validate": "identify.validate",
 }
 #: Functions that have the name of the package that they are from.

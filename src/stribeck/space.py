@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
 
@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator
+
+
+def contiguous(values: ArrayLike) -> Array:
+    """Numbers as compiled code takes them: floats, one beside the other."""
+    return np.ascontiguousarray(values, dtype=float)
 
 
 #: Widths of a range that can be searched.

@@ -28,7 +28,7 @@ from numba import boolean, float64, int64, types, void
 from ..compile_cache import compiled
 from ..data.recording import Recording
 from ..errors import InputError
-from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ..friction import RUB_TYPE, SLIP_TYPE
 from ..friction.law import DRIVE, term_places, terms_factor
 from ..rig.controller import Controller
 from ..rig.motion import row_pool
@@ -38,7 +38,7 @@ from ..rig.motion.drives import ENABLED, INPUTS
 from ..rig.motion.implicit import EACH, FEWEST, MOST_STEPS, ROOM, started
 from ..rig.motion.passage import MEMORY, passed
 from ..rig.motion.row_pool import borrowed
-from ..rig.motion.velocity import NO_RUB
+from ..rig.motion.velocity import calls_of
 from ..rig.rig import Motion, Rig
 from ..space import Array
 from ..wording import either
@@ -202,7 +202,8 @@ def compensated(
     row_pool.pool().share(
         _loops, n,
         (
-            *_compiled(law), *_compiled(believed_law), controller.drive, controller.entry,
+            *calls_of(law), law.states, *calls_of(believed_law), believed_law.states,
+            controller.drive, controller.entry,
             np.ascontiguousarray(plants[:, : len(law.params)]), term_places(law), constants,
             np.ascontiguousarray(believed[: len(believed_law.params)]), term_places(believed_law),
             settings, controller.command_per_force(believed_law, believed), far, t,
@@ -212,12 +213,6 @@ def compensated(
         FEWEST,
     )  # fmt: skip
     return CompensatedMotion(reference.t, *rows)
-
-
-def _compiled(law: Law) -> tuple[Any, Any, bool, int]:
-    general = law.rub is not None
-    rub = addressed(law.rub if general else NO_RUB, RUB_SIGNATURE)
-    return addressed(law.slip), rub, general, law.states
 
 
 @compiled(

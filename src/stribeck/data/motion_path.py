@@ -15,7 +15,7 @@ from numba import float64, int64, types, void
 from numpy.typing import NDArray
 
 from ..compile_cache import compiled
-from ..space import Array
+from ..space import Array, contiguous
 
 _F1 = types.Array(float64, 1, "C", readonly=True)
 
@@ -29,7 +29,7 @@ def motion_path(x: Array, threshold: float, noise: float) -> Array:
         noise: Standard deviation of the positions' noise, in the same unit.
     """
     places = turns(x, threshold)
-    path = np.asarray(_path(np.ascontiguousarray(x, dtype=float), places))
+    path = np.asarray(_path(contiguous(x), places))
     if noise > 0:
         _cut(path, places, float(noise))
     return path
@@ -37,7 +37,7 @@ def motion_path(x: Array, threshold: float, noise: float) -> Array:
 
 def turns(x: Array, threshold: float) -> NDArray[np.int64]:
     """The samples at which a motion turns back by more than a threshold, with both ends."""
-    return np.asarray(_turns(np.ascontiguousarray(x, dtype=float), float(threshold)))
+    return np.asarray(_turns(contiguous(x), float(threshold)))
 
 
 @compiled(int64[::1](_F1, float64))

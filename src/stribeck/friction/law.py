@@ -15,7 +15,7 @@ from numba.extending import typeof_impl
 
 from ..compile_cache import compiled
 from ..errors import InputError
-from ..space import Array, Param
+from ..space import Array, Param, contiguous
 from .yield_spectrum import Spectrum
 
 #: The compiled signature of every static law: slip friction in N at a speed, with parameters p.
@@ -303,12 +303,12 @@ class Law:
 
     def friction(self, v: Array, p: Array) -> Array:
         """Slip friction over an array of speeds, equation (4.2); `p` is one parameter set."""
-        p = np.ascontiguousarray(p, dtype=float)
+        p = contiguous(p)
         return np.array([self.slip(float(s), p) for s in np.ravel(v)]).reshape(np.shape(v))
 
     def levels(self, p: Array) -> tuple[float, float]:
         """The breakaway levels (F_S-, F_S+) of equation (4.1), in N; F_S- is negative."""
-        p = np.ascontiguousarray(p, dtype=float)
+        p = contiguous(p)
         return float(self.slip(-0.0, p)), float(self.slip(0.0, p))
 
 
@@ -331,7 +331,7 @@ def friction(law: Law, v: float, F_in: float, p: Array) -> float:
     """Friction in its compact form, equation (4.3): stick at rest, slip otherwise."""
     if v == 0.0:
         return stick(F_in, *law.levels(p))
-    return float(law.slip(v, np.ascontiguousarray(p, dtype=float)))
+    return float(law.slip(v, contiguous(p)))
 
 
 def by_direction(

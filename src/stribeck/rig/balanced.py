@@ -14,7 +14,7 @@ from ..data.filtering import Filtering
 from ..errors import InputError
 from ..friction import LOADS, RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ..friction.law import POSITION, TEMPERATURE
-from ..space import Array, Param
+from ..space import Array, Param, contiguous
 from .equation import Equation, Input
 from .experiments.imposed_motions import strokes
 from .experiments.offer import Offer, OperatingRange
@@ -232,12 +232,12 @@ class BalancedRig(Rig):
     def friction(self, law: Law, p: Array, v: Array, loads: Array | None = None) -> Array:
         """The friction in it, as for `force`, (N,); with states, that of steady sliding."""
         loads = np.zeros((len(v), len(LOADS))) if loads is None else loads
-        p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
-        v = np.ascontiguousarray(v, dtype=float)
+        p = contiguous(p[: len(law.params)])
+        v = contiguous(v)
         rub: Array = (
             slips(addressed(law.slip), v, p)
             if law.rub is None or law.states
-            else rubs(addressed(law.rub, RUB_SIGNATURE), v, np.ascontiguousarray(loads), p)
+            else rubs(addressed(law.rub, RUB_SIGNATURE), v, contiguous(loads), p)
         )
         return rub * _factor(law, p, loads) if law.terms else rub
 

@@ -26,7 +26,6 @@ from .motion.drives import (
     HELD,
     IDLE,
     INPUTS,
-    rows,
 )
 from .parts.axis_of_parts import assembled, in_units, motor_turns
 from .parts.motion_equation import motion_equations
@@ -274,7 +273,9 @@ class ComposedRig(SteppedRig):
         """The demand for a unit of force or torque at the axis."""
         from .motion.drive_force import loop_gains  # noqa: PLC0415 - compiled code that others need not load
 
-        return 1.0 / float(loop_gains(rows(self.coefficients(self.values_of(law, p)), 1)[0])[0])
+        run = np.array([self[name] for name in self.run_columns.values()])
+        row = self.constants_of_drive(law, p[None, len(law.params) :], run)[0]
+        return 1.0 / float(loop_gains(row)[0])
 
     def resting(self, track: Track, instant: float, position: float) -> Array | None:
         """Position and inputs at an instant; see `SimulatedRig`. None where it is not commanded."""

@@ -6,7 +6,9 @@ closed loop can be simulated too, which is how the report validates a model.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,19 +20,19 @@ from ..space import Array, Param
 from .balanced import BalancedRig
 from .composition import POSITION, Block
 from .controller import Controller
+from .motion.axis_row import rows
 from .motion.drives import (
     AXIS,
     CLOCKED,
     FEED_FORWARD,
-    GOAL,
     HELD,
     LATE,
     AxisInputs,
-    rows,
 )
 from .motion.track import Track
 from .parts import part_named
 from .parts.axis_of_parts import assembled
+from .position_loop import goal_track
 from .rig import Motion
 
 if TYPE_CHECKING:
@@ -115,23 +117,15 @@ class Emps(BalancedRig):
         if not 0 <= self["delay"] <= self["T"] or self["T"] <= 0:
             raise InputError(f"rig {self.name}: delay must lie between 0 and the controller's T")
         track = self._track(recording)
-        k = len(law.params)
-        mass, offset = p[:, k], np.zeros(len(p)) if law.directional else p[:, k + 1]
-        cascade = assembled(
-            (_CASCADE, _AMPLIFIER, _SLIDE),
-            {
-                "kp": self["kp"], "kv": self["kv"], "limit": self["u_max"], "hold": CLOCKED,
-                "T": self["T"], "difference": 1.0, "k_t": self["gtau"], "M": mass,
-                "offset": offset,
-            },
-            start=track.given[0],
-        )  # fmt: skip
+        mass, offset = self._mass_and_offset(law, p)
+        clock = {"hold": CLOCKED, "T": self["T"], "difference": 1.0}
+        cascade = self._loop(law, p, clock, start=track.given[0])
         from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
         possible = (mass > 0.0) & np.isfinite(p).all(axis=1)  # the others stay nan
         q, v, F, a = np.full((4, len(p), len(track.t)), np.nan)
         q[possible], v[possible], F[possible] = motions(
-            law, AXIS, p[possible, :k], rows(cascade, len(p))[possible], track,
+            law, AXIS, p[possible, : len(law.params)], cascade[possible], track,
             self["T"] / STEPS, TOLERANCE,
         )  # fmt: skip
         for i in np.flatnonzero(possible):
@@ -151,30 +145,28 @@ class Emps(BalancedRig):
         if self.loop is not None:
             return super().controller()
 
-        def track(recording: Recording) -> Track:
-            t, x = recording.t, recording.position
-            inputs = np.zeros((FEED_FORWARD + 1, len(t)))
-            inputs[GOAL] = x
-            return Track(
-                t, x, t, float(x[0]), x, np.ones(len(t)), np.zeros((3, len(t) + 1)),
-                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
-            )  # fmt: skip
-
         def constants(law: Law, p: Array, track: Track) -> Array:
             del track
-            k = len(law.params)
-            loop = assembled(
-                (_CASCADE, _AMPLIFIER, _SLIDE),
-                {
-                    "kp": self["kp"], "kv": self["kv"], "limit": self["u_max"],
-                    "hold": LATE if self["delay"] > 0.5 * self["T"] else HELD,
-                    "k_t": self["gtau"], "M": p[:, k],
-                    "offset": 0.0 if law.directional else p[:, k + 1],
-                },
-            )  # fmt: skip
-            return rows(loop, len(p))
+            late = self["delay"] > 0.5 * self["T"]
+            return self._loop(law, p, {"hold": LATE if late else HELD})
 
+        track = partial(goal_track, with_velocity=False)
         return Controller(AXIS, FEED_FORWARD, self["T"], TOLERANCE, track, constants)
+
+    def _loop(self, law: Law, p: Array, settings: Mapping[str, float], **fields: float) -> Array:
+        """The constants of cascade, amplifier and slide, (n, constants)."""
+        mass, offset = self._mass_and_offset(law, p)
+        known = {
+            "kp": self["kp"], "kv": self["kv"], "limit": self["u_max"], "k_t": self["gtau"],
+            "M": mass, "offset": offset,
+        }  # fmt: skip
+        loop = assembled((_CASCADE, _AMPLIFIER, _SLIDE), {**known, **settings}, **fields)
+        return rows(loop, len(p))
+
+    @staticmethod
+    def _mass_and_offset(law: Law, p: Array) -> tuple[Array, Array]:
+        k = len(law.params)
+        return p[:, k], np.zeros(len(p)) if law.directional else p[:, k + 1]
 
     def _track(self, recording: Recording) -> Track:
         """The loop's inputs and its start; given is the voltage in force before its first.

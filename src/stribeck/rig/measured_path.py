@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..compile_cache import compiled
 from ..compile_cache.copies import copy_into
 from ..friction import LOADS, RUB_SIGNATURE, RUB_TYPE, addressed
-from ..space import Array
+from ..space import Array, contiguous
 
 if TYPE_CHECKING:
     from ..friction import Law
@@ -72,7 +72,7 @@ class MeasuredPath:
             first: States at the starts, (states,); relaxed by default.
         """
         z = np.zeros(law.states) if first is None else first
-        p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
+        p = contiguous(p[: len(law.params)])
         rub, load = addressed(law.rub, RUB_SIGNATURE), np.zeros(len(LOADS))
         return np.asarray(along(rub, self.way, self.v, self.dt, self.starts, z, load, p))
 
@@ -99,7 +99,7 @@ class MeasuredPath:
 def slid(law: Law, p: Array, way: float) -> Array:
     """The states of a law after a long slow slide one way (the sign of `way`), (states,)."""
     out = np.zeros(law.states)
-    p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
+    p = contiguous(p[: len(law.params)])
     law.rub(way * _CREEP, _LONG, np.zeros(law.states), np.zeros(len(LOADS)), p, out)
     return out
 

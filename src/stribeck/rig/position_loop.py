@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from .controller import Controller
+from .motion.axis_row import rows
 from .motion.drives import (
     AXIS,
     FEED_FORWARD,
@@ -17,7 +18,6 @@ from .motion.drives import (
     GOAL_VELOCITY,
     HELD,
     LATE,
-    rows,
 )
 from .motion.track import Track
 from .parts import part_named
@@ -74,15 +74,7 @@ class PositionLoop:
         """
 
         def track(recording: Recording) -> Track:
-            t, x = recording.t, recording.position
-            inputs = np.zeros((FEED_FORWARD + 1, len(t)))
-            inputs[GOAL] = x
-            if self.error_derivative:
-                inputs[GOAL_VELOCITY, :-1] = np.diff(x) / np.diff(t)
-            return Track(
-                t, x, t, float(x[0]), x, np.ones(len(t)), np.zeros((3, len(t) + 1)),
-                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
-            )  # fmt: skip
+            return goal_track(recording, with_velocity=self.error_derivative)
 
         def constants(law: Law, p: Array, track: Track) -> Array:
             del track
@@ -102,3 +94,16 @@ class PositionLoop:
             return rows(loop, len(p))
 
         return Controller(AXIS, FEED_FORWARD, self.period, _TOLERANCE, track, constants)
+
+
+def goal_track(recording: Recording, *, with_velocity: bool) -> Track:
+    """The motion that a recording's position asks of a loop, with its velocity or without."""
+    t, x = recording.t, recording.position
+    inputs = np.zeros((FEED_FORWARD + 1, len(t)))
+    inputs[GOAL] = x
+    if with_velocity:
+        inputs[GOAL_VELOCITY, :-1] = np.diff(x) / np.diff(t)
+    return Track(
+        t, x, t, float(x[0]), x, np.ones(len(t)), np.zeros((3, len(t) + 1)),
+        inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
+    )  # fmt: skip

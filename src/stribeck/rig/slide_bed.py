@@ -179,22 +179,10 @@ class SlideBed(SimulatedRig):
         for name in ("m", "J_m", "D_m", "K_kt", "dv", "dp", "k_hat+", "k_hat-"):
             if not np.isfinite(self[name]):
                 raise InputError(f"rig {self.name}: {name} = {self[name]} cannot be simulated")
-        K_kt = self["K_kt"] if self["F_m_max"] > 0 else 0.0  # a clamp at 0 N leaves no motor
-        return np.array(
-            SlideConstants(
-                m=self["m"],
-                k_hat_plus=self["k_hat+"],
-                k_hat_minus=self["k_hat-"],
-                k_spring_plus=0.0,
-                k_spring_minus=0.0,
-                F_fm=self["F_fm"],
-                inertia=K_kt * self["J_m"],
-                damping=K_kt * self["D_m"],
-                clamp=self["F_m_max"],
-                band=self["dv"],
-                impulse=self["dp"],
-            )
-        )
+        values = {c.name: c.value for c in self.constants} | {"k_spring": 0.0}
+        if not self["F_m_max"] > 0:
+            values["K_kt"] = 0.0  # a clamp at 0 N leaves no motor
+        return np.array(_coefficients(values))
 
     def drive(self, recording: Recording) -> Drive:
         """The command x_i of a recording: its column or the paper's ramp.
@@ -342,22 +330,15 @@ class SlideBed(SimulatedRig):
             scheme: `fast`, `reference` (plain fixed steps) or `paper` (the printed procedure).
             dt: Step of the last two, s.
         """
-        laws, c = self.split(law, p)
-        if scheme == "fast" and _by_events(law, track):
-            x, v = _kernel(law).trajectories(law, laws, c, track, self.slip_tolerance)
-        elif scheme == "fast":
-            from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
-
-            x, v, _ = motions(
-                law, SLIDE, laws, c, with_inputs(track), self["step"], self["tolerance"]
-            )
+        if scheme == "fast":
+            x, v = self.states(law, p, track)
         elif not law.static:
             raise InputError(f"scheme {scheme} takes laws without states, loads and terms")
         elif scheme in ("reference", "paper"):
             inner = "implicit" if scheme == "reference" else "paper"
             pairs = [
                 reference.trajectory(law, a, b, track, dt, inner)
-                for a, b in zip(laws, c, strict=True)
+                for a, b in zip(*self.split(law, p), strict=True)
             ]
             x, v = (np.array(part) for part in zip(*pairs, strict=True))
         else:
@@ -421,9 +402,13 @@ class SlideBed(SimulatedRig):
 
     def states(self, law: Law, p: Array, track: Track) -> tuple[Array, Array]:
         """Positions and velocities alone: a search needs no forces; see `SimulatedRig`."""
-        if not _by_events(law, track):
-            return super().states(law, p, track)
-        x, v = _kernel(law).trajectories(law, *self.split(law, p), track, self.slip_tolerance)
+        laws, c = self.split(law, p)
+        if _by_events(law, track):
+            x, v = _kernel(law).trajectories(law, laws, c, track, self.slip_tolerance)
+            return x, v
+        from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
+
+        x, v, _ = motions(law, SLIDE, laws, c, with_inputs(track), self["step"], self["tolerance"])
         return x, v
 
     def misfits(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
@@ -458,8 +443,7 @@ class SlideBed(SimulatedRig):
 
         The inverse of the equation of motion, for the points of figure 9.
         """
-        _, c = self.split(law, p)
-        drive = np.array([reference.drive(c[0], float(s)) for s in e])
+        drive: Array = self.pull(law, p, np.column_stack([e, e]))[0]
         return drive - self._motor(v, a) - self["m"] * a
 
     def _motor(self, v: Array, a: Array) -> Array:

@@ -16,8 +16,9 @@ from ..errors import InputError
 from ..space import Array
 from ..units import unit
 from .controller import Controller, per_newton
+from .motion.axis_row import rows
 from .motion.command import Drive
-from .motion.drives import AXIS, IDLE, AxisInputs, rows
+from .motion.drives import AXIS, IDLE, AxisInputs
 from .motion.thinning import thinned
 from .motion.track import Track
 from .rig import Doubt, Motion
@@ -170,11 +171,6 @@ class SteppedRig(SimulatedRig):
         c = {key: self.constants_of_drive(law, own, run) for key, run in runs.items()}
         return np.array([c[track.given.tobytes()] for track in tracks])
 
-    def values_of(self, law: Law, p: Array) -> dict[str, float]:
-        """Its constants and its own parameters by name, SI, of a (k,) parameter set."""
-        own = dict(zip((q.name for q in self.own(law)), p[len(law.params) :].tolist(), strict=True))
-        return {c.name: c.value for c in self.constants} | own
-
     def controller(self) -> Controller | None:
         """Its own loop, if it says which input a compensator's output is added to."""
         if self.entry is None:
@@ -202,11 +198,6 @@ class SteppedRig(SimulatedRig):
         """What its controller commands for a unit of force or torque at the axis."""
         return per_newton(law, p)
 
-    def normal(self, recording: Recording) -> Array | None:
-        """The normal load on the sliding surfaces, (N,), where the log has it."""
-        del recording
-        return None
-
     def drive(self, recording: Recording) -> Drive:
         """The command of a log; where it has none, the position at its start, held."""
         if recording.command is not None:
@@ -217,10 +208,9 @@ class SteppedRig(SimulatedRig):
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """Samples, inputs and start of a stretch; see `SimulatedRig.track`."""
         self._fits(recording)
-        law_reads = {"normal": self.normal(recording), "temperature": recording.temperature}
-        stated = {n: a for n, a in law_reads.items() if a is not None} | dict(
-            self.inputs(recording)
-        )
+        stated = dict(self.inputs(recording))
+        if recording.temperature is not None:
+            stated.setdefault("temperature", recording.temperature)
         places = {AxisInputs._fields.index(name): a for name, a in stated.items()}
         used = 1 + max(places)
         table = np.repeat(np.array(IDLE[:used])[:, None], rows.stop - rows.start, axis=1)

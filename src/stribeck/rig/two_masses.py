@@ -17,8 +17,9 @@ from ..friction import law_named
 from ..units import convertible, unit
 from .composed import ComposedRig
 from .equation import Equation
+from .motion.axis_row import rows
 from .motion.coupling import LOAD_ROW, MOTOR_ROW, ZERO, CouplingConstants, coupled_row
-from .motion.drives import TWO_MASSES, rows
+from .motion.drives import TWO_MASSES
 from .motion.track import SideReading, Track, prefix_sums
 from .parts.axis_of_parts import completed, contributions, mass_row
 from .parts.motion_equation import Side, coupled_equations

@@ -16,7 +16,7 @@ from ...friction import Law
 from ...friction.law import DRIVE, EXTERNAL, POSITION, term_places, terms_factor
 from ...rig.motion.axis_row import DEMAND
 from ...rig.motion.coupled_implicit import REMEMBERED
-from ...rig.motion.coupled_motions import ROOM_BETWEEN, no_slip, rubbing_of
+from ...rig.motion.coupled_motions import ROOM_BETWEEN, rubbing_of
 from ...rig.motion.coupled_passage import ROWS, STAGES, coupled_passage, near
 from ...rig.motion.coupled_rates import (
     EVENTS,
@@ -52,7 +52,7 @@ from ...rig.motion.coupling import (
 from ...rig.motion.drive_force import LOOP_MEMORY, demanded, mixed
 from ...rig.motion.drives import FOLLOWS, HOLD, INPUTS
 from ...rig.motion.implicit import EACH
-from ...rig.motion.velocity import rubs
+from ...rig.motion.velocity import no_slip, rubs
 from ...space import Array
 from ..code.function_source import FunctionSource
 from ..code.law_program import law_entries

@@ -20,6 +20,7 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from ...friction.law import DRIVE, EXTERNAL, LOADS, NORMAL, POSITION, TEMPERATURE
+from ...space import Array
 from .drives import (
     ADDED,
     ENABLED,
@@ -31,7 +32,6 @@ from .drives import (
     LIMIT,
     MOTOR_FRICTION,
     NORMAL_LOAD,
-    Addressable,
     AxisConstants,
 )
 from .drives import TEMPERATURE as TEMPERATURE_NOW
@@ -72,7 +72,7 @@ class Stage(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Chain(Addressable):
+class Chain:
     """Parts one after the other, as a row has them by their address.
 
     Args:
@@ -103,6 +103,14 @@ def axis_row(constants: AxisConstants, stages: Sequence[Stage]) -> tuple[Any, ..
         begin = CONSTANTS + sum(n for at, _, n in parts if SLOTS.index(at) < SLOTS.index(slot))
         entries += [chain if chain.parts else 0.0, begin]
     return (*constants, *entries, *(x for stage in ordered for x in stage.constants))
+
+
+def rows(constants: Sequence[Any], n: int) -> Array:
+    """The row of n candidates, each constant a number or (n,), as a table, (n, constants)."""
+    table = np.empty((n, len(constants)))
+    for column, values in zip(table.T, constants, strict=True):
+        column[:] = values.address() if isinstance(values, Chain) else values
+    return table
 
 
 def _unchanged(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:  # noqa: ARG001 - a slot without parts

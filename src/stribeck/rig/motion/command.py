@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...compile_cache import compiled
 from ...errors import InputError
-from ...space import Array
+from ...space import Array, contiguous
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -51,7 +51,7 @@ class Drive:
             x: m or rad, (N,).
             tolerance: What a dropped sample may change, as a share of the range of x.
         """
-        t, x = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(x, dtype=float)
+        t, x = contiguous(t), contiguous(x)
         keep = _corners(t, x, tolerance * max(float(np.ptp(x)), 1e-12))
         return cls(t[keep], x[keep])
 

@@ -13,9 +13,9 @@ import numpy as np
 from numba import float64, int64, types, void
 
 from ...compile_cache import compiled
-from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
-from ...friction.law import DRIVE, slip_law, term_places
-from ...space import Array
+from ...friction import RUB_TYPE, SLIP_TYPE
+from ...friction.law import DRIVE, term_places
+from ...space import Array, contiguous
 from . import row_pool
 from .axis_row import DEMAND
 from .coupled_implicit import REMEMBERED
@@ -45,7 +45,8 @@ from .drive_force import LOOP_MEMORY, demanded, mixed
 from .drives import ENABLED, FOLLOWS, HOLD, INPUTS
 from .implicit import EACH, FEWEST, ROOM, steps_between
 from .row_pool import borrowed
-from .velocity import NO_RUB
+from .track import joined_tracks
+from .velocity import calls_of
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -59,11 +60,6 @@ _F1 = types.Array(float64, 1, "C", readonly=True)
 _F2 = types.Array(float64, 2, "C", readonly=True)
 _W2 = float64[:, ::1]
 _I1 = int64[::1]
-
-
-def no_slip(v: float, p: Array) -> float:  # noqa: ARG001
-    """Stands for the law of a side without friction; it is never called."""
-    return 0.0
 
 
 @compiled(
@@ -169,37 +165,27 @@ def motions_of_two(
         InputError: so many steps that nobody would wait for them.
     """
     n = len(p[0])
-    first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
-    out = np.full((5, n, first[-1]), np.nan)
+    out = np.full((5, n, sum(len(track.t) for track in tracks)), np.nan)
     if not n:
         return out[0], out[1], out[2], out[3], out[4]
-    t = np.concatenate([track.t - track.t[0] for track in tracks])
+    t, first, inputs, held, start = joined_tracks(tracks, n)
     parts = steps_between(t, first, step)
-    start = np.repeat(
-        [
-            [s.x0, s.v0, s.reading.ahead, s.reading.by_motor and np.isnan(s.reading.ahead)]
-            for s in tracks
-        ],
-        n,
-        axis=0,
-    )
+    ahead = [[s.reading.ahead, s.reading.by_motor and np.isnan(s.reading.ahead)] for s in tracks]
+    start = np.column_stack([start, np.repeat(ahead, n, axis=0)])
     sides: list[Any] = []
     for law, own in zip(laws, p, strict=True):
-        general = law is not None and law.rub is not None
+        slip, rub, _ = calls_of(law)
         sides += [
-            addressed(slip_law(no_slip) if law is None else law.slip),
-            addressed(law.rub if law is not None and general else NO_RUB, RUB_SIGNATURE),
-            rubbing_of(law), 0 if law is None else law.states, _ready(own),
+            slip, rub, rubbing_of(law), 0 if law is None else law.states, contiguous(own),
             np.array([-1, -1, 0]) if law is None else term_places(law),
         ]  # fmt: skip
     row_pool.pool().share(
         _rows, len(start),
         (
-            *sides, _ready(np.concatenate(c)), t, first,
-            _ready(np.concatenate([track.inputs for track in tracks], axis=1)),
-            tracks[0].held.astype(np.int64), parts, _ready(start), tolerance, *out,
+            *sides, contiguous(np.concatenate(c)), t, first, inputs, held, parts, start,
+            tolerance, *out,
         ),
-        max(FEWEST, row_pool.FEWEST_SAMPLES * len(tracks) // max(int(first[-1]), 1)),
+        max(FEWEST, row_pool.FEWEST_SAMPLES * len(tracks) // max(len(t), 1)),
     )  # fmt: skip
     return out[0], out[1], out[2], out[3], out[4]
 
@@ -211,7 +197,3 @@ def rubbing_of(law: Law | None) -> int:
     if law.states:
         return BRISTLES
     return PLAIN if law.rub is None else GENERAL
-
-
-def _ready(a: Any) -> Array:
-    return np.ascontiguousarray(a, dtype=float)

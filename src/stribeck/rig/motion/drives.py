@@ -7,13 +7,9 @@ compiled code reads them by name. The row of an axis of parts has its functions,
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from ...space import Array
 
 #: The kinds of drive: an axis composed of parts, the paper's slide bed, and two masses of parts.
 AXIS, SLIDE, TWO_MASSES = range(3)
@@ -137,19 +133,3 @@ class SlideConstants(NamedTuple):
 #: Where the inputs of a slide stand that are its own: its position commanded, and what is added to
 #: the motor's force. Its normal load and temperature stand where those of an axis of parts do.
 SLIDE_COMMAND, SLIDE_ADDED = 2, 3
-
-
-class Addressable(ABC):
-    """What stands in a row by the address of its machine code."""
-
-    @abstractmethod
-    def address(self) -> float:
-        """As a whole number."""
-
-
-def rows(constants: Sequence[Any], n: int) -> Array:
-    """The row of n candidates, each constant a number or (n,), as a table, (n, constants)."""
-    table = np.empty((n, len(constants)))
-    for column, values in zip(table.T, constants, strict=True):
-        column[:] = values.address() if isinstance(values, Addressable) else values
-    return table

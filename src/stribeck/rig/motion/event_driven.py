@@ -23,7 +23,7 @@ from numba import boolean, float64, int64, types, void
 
 from ...compile_cache import compiled
 from ...friction import SLIP_TYPE, addressed
-from ...space import Array
+from ...space import Array, contiguous
 from . import row_pool
 from .drives import (
     BAND,
@@ -809,7 +809,7 @@ def misfits(
     """
     sse, nothing = np.empty(len(p)), np.empty((1, 0))
     if len(p):
-        spread(law, _rows_of(p), _rows_of(c), track, (nothing, nothing, sse, False, tolerance))
+        spread(law, contiguous(p), contiguous(c), track, (nothing, nothing, sse, False, tolerance))
     return sse
 
 
@@ -819,9 +819,5 @@ def trajectories(
     """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 11) constants."""
     x, v = np.full((2, len(p), len(track.t)), np.nan)
     if len(p):
-        spread(law, _rows_of(p), _rows_of(c), track, (x, v, np.empty(len(p)), True, tolerance))
+        spread(law, contiguous(p), contiguous(c), track, (x, v, np.empty(len(p)), True, tolerance))
     return x, v
-
-
-def _rows_of(a: Any) -> Array:
-    return np.ascontiguousarray(a, dtype=float)

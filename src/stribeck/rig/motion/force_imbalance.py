@@ -8,13 +8,13 @@ import numpy as np
 from numba import boolean, float64, int64, types, void
 
 from ...compile_cache import compiled
-from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ...friction import RUB_TYPE, SLIP_TYPE
 from ...friction.law import POSITION, term_places, terms_factor
-from ...space import Array
+from ...space import Array, contiguous
 from .axis_row import DEMAND, LOAD_ROOM
 from .drive_force import LOOP_MEMORY, demanded, driven, held_demand, loop_reset, mixed
 from .drives import AXIS, ENABLED, INPUTS
-from .velocity import NO_RUB
+from .velocity import calls_of
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -38,14 +38,12 @@ def imbalances(
         track: Times and inputs of the samples.
         motion: Position, velocity and acceleration there, (N,) each.
     """
-    general = law.rub is not None
     out = np.empty((len(p), len(track.t)))
     for row in range(len(p)):
         _imbalances(
-            addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
-            general, kind, _ready(p[row]), term_places(law), _ready(c[row]),
-            _ready(track.inputs), track.held.astype(np.int64),
-            *(_ready(x) for x in motion), out[row],
+            *calls_of(law), kind, contiguous(p[row]), term_places(law), contiguous(c[row]),
+            contiguous(track.inputs), track.held.astype(np.int64),
+            *(contiguous(x) for x in motion), out[row],
         )  # fmt: skip
     return out
 
@@ -87,7 +85,7 @@ def resting_forces(c: Array, resting: Array) -> Array:
         resting: (instants, 1 + INPUTS) the position, then the inputs.
     """
     out = np.empty((len(c), len(resting)))
-    _resting_forces(_ready(c), _ready(resting), out)
+    _resting_forces(contiguous(c), contiguous(resting), out)
     return out
 
 
@@ -102,7 +100,3 @@ def _resting_forces(c: Array, resting: Array, out: Array) -> None:
                 loop_reset(c[row], u, q, 0.0, last)
                 load[DEMAND] = last[0]
             _, out[row, k], _, _ = driven(AXIS, c[row], u, q, 0.0, load)
-
-
-def _ready(x: Any) -> Array:
-    return np.ascontiguousarray(x, dtype=float)

@@ -16,7 +16,7 @@ from numba import float64, int64, types, void
 
 from ...compile_cache import compiled
 from ...friction import SLIP_TYPE, addressed
-from ...space import Array
+from ...space import Array, contiguous
 from . import row_pool
 from .drives import BAND, F_FM, K_HAT_M, K_HAT_P, K_SPRING_M, K_SPRING_P
 from .event_driven import (
@@ -198,7 +198,7 @@ def held_slips(
     """
     x, v = np.empty((2, len(p), len(t)))
     start = float(course.t[0])  # seconds since 1970 leave no digits
-    p, c = np.ascontiguousarray(p, dtype=float), np.ascontiguousarray(c, dtype=float)
+    p, c = contiguous(p), contiguous(c)
     slipping = c.copy()
     slipping[:, [K_HAT_P, K_HAT_M]] = 0.0  # what the motor does is held
     row_pool.pool().share(

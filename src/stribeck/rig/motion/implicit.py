@@ -19,16 +19,17 @@ from numpy.typing import NDArray
 
 from ...compile_cache import compiled
 from ...errors import InputError
-from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ...friction import RUB_TYPE, SLIP_TYPE
 from ...friction.law import DRIVE, POSITION, term_places, terms_factor
-from ...space import Array
+from ...space import Array, contiguous
 from . import row_pool
 from .axis_row import DEMAND, LOAD_ROOM
 from .drive_force import LOOP_MEMORY, demanded, driven, held_demand, loop_reset, mixed
 from .drives import ENABLED, INPUTS
 from .passage import MEMORY, passed
 from .row_pool import borrowed
-from .velocity import NO_RUB
+from .track import joined_tracks
+from .velocity import calls_of
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -187,24 +188,18 @@ def motions_over(
         InputError: so many steps that nobody would wait for them.
     """
     n = len(p)
-    first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
-    q, v, F = np.full((3, n, first[-1]), np.nan)
+    q, v, F = np.full((3, n, sum(len(track.t) for track in tracks)), np.nan)
     if not n:
         return q, v, F
-    t = np.concatenate([track.t - track.t[0] for track in tracks])
+    t, first, inputs, held, start = joined_tracks(tracks, n)
     parts = steps_between(t, first, step)
-    start = np.repeat([[track.x0, track.v0] for track in tracks], n, axis=0)
-    general = law.rub is not None
     row_pool.pool().share(
         _rows, len(start),
         (
-            addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
-            general, law.states, kind, _ready(p), term_places(law), _ready(np.concatenate(c)),
-            t, first,
-            _ready(np.concatenate([track.inputs for track in tracks], axis=1)),
-            tracks[0].held.astype(np.int64), parts, _ready(start), tolerance, q, v, F,
+            *calls_of(law), law.states, kind, contiguous(p), term_places(law),
+            contiguous(np.concatenate(c)), t, first, inputs, held, parts, start, tolerance, q, v, F,
         ),
-        max(FEWEST, row_pool.FEWEST_SAMPLES * len(tracks) // max(int(first[-1]), 1)),
+        max(FEWEST, row_pool.FEWEST_SAMPLES * len(tracks) // max(len(t), 1)),
     )  # fmt: skip
     return q, v, F
 
@@ -226,7 +221,3 @@ def steps_between(t: Array, first: NDArray[np.int64], step: float) -> NDArray[np
             "gaps"
         )
     return many.astype(np.int64)
-
-
-def _ready(a: Any) -> Array:
-    return np.ascontiguousarray(a, dtype=float)

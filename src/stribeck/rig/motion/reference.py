@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import njit
 
-from ...space import Array
+from ...space import Array, contiguous
 from .drives import (
     BAND,
     CLAMP,
@@ -174,6 +174,6 @@ def trajectory(
     law: Law, p: Array, c: Array, track: Track, dt: float, scheme: str = "implicit"
 ) -> tuple[Array, Array]:
     """Position and velocity, (N,) each, of one parameter set over a track."""
-    p, c = np.ascontiguousarray(p, dtype=float), np.ascontiguousarray(c, dtype=float)
+    p, c = contiguous(p), contiguous(c)
     track = from_zero(track)
     return compiled(scheme)(law.slip, p, c, track.knots_t, track.knots_x, track.t, track.x0, dt)

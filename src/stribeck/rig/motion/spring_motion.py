@@ -16,14 +16,14 @@ the mass swings by many radians between samples is that dear, and the stepper th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import float64, int64, types, void
 
 from ...compile_cache import compiled
 from ...friction.law import DRIVE, POSITION
-from ...space import Array
+from ...space import Array, contiguous
 from . import row_pool
 from .axis_row import LOAD_ROOM
 from .drive_force import driven
@@ -39,6 +39,7 @@ from .drives import (
 )
 from .implicit import EACH, ROOM
 from .row_pool import borrowed
+from .track import joined_tracks
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -346,21 +347,14 @@ def _move(
     n = len(p)
     if not n:
         return
-    first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
     assert law.elements is not None  # noqa: S101 - `swings` tells
     W, d, viscous = law.elements(p)
-    start = np.repeat([[track.x0, track.v0] for track in tracks], n, axis=0)
+    t, first, inputs, _, start = joined_tracks(tracks, n)
     row_pool.pool().share(
         _rows, len(start),
         (
-            _ready(W), _ready(d), _ready(viscous), _ready(np.concatenate(c)),
-            np.concatenate([track.t - track.t[0] for track in tracks]), first,
-            _ready(np.concatenate([track.inputs for track in tracks], axis=1)), _ready(start),
-            q, v, F,
+            contiguous(W), contiguous(d), contiguous(viscous), contiguous(np.concatenate(c)),
+            t, first, inputs, start, q, v, F,
         ),
-        max(2, 10 * row_pool.FEWEST_SAMPLES * len(tracks) // max(int(first[-1]), 1)),
+        max(2, 10 * row_pool.FEWEST_SAMPLES * len(tracks) // max(len(t), 1)),
     )  # fmt: skip
-
-
-def _ready(a: Any) -> Array:
-    return np.ascontiguousarray(a, dtype=float)

@@ -19,7 +19,7 @@ import numpy as np
 from numba import boolean, float64, int64, types, void
 
 from ...compile_cache import compiled
-from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ...friction import RUB_TYPE, SLIP_TYPE
 from ...friction.law import LOADS
 from ...space import Array
 from . import event_driven, row_pool
@@ -50,7 +50,7 @@ from .stiff_step import (
     smooth_step,
     stiff_step,
 )
-from .velocity import NO_RUB, rubs
+from .velocity import calls_of, rubs
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -392,12 +392,11 @@ def _rows(
 
 def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ...]) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
-    track, general = from_zero(track), law.rub is not None
+    track = from_zero(track)
     row_pool.pool().share(
         _rows, len(p),
-        (addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE), general,
-         law.states, p, c, track.knots_t, track.knots_x, track.t, track.x0, track.measured,
-         track.score, *arguments),
+        (*calls_of(law), law.states, p, c, track.knots_t, track.knots_x, track.t, track.x0,
+         track.measured, track.score, *arguments),
         max(row_pool.FEWEST, row_pool.FEWEST_SAMPLES // len(track.t)),
     )  # fmt: skip
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...space import Array
+from ...space import Array, contiguous
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .command import Drive
 
 #: Knots of a command whose least and greatest are kept together.
@@ -99,9 +101,9 @@ def track(
         InputError: no samples or no command, times or positions that are not finite numbers, or
             not one value for each time.
     """
-    t, knots_t, x = _ready(t), _ready(drive.t), _ready(drive.x)
-    measured = np.zeros(len(t)) if measured is None else _ready(measured)
-    score = np.ones(len(t)) if score is None else _ready(score)
+    t, knots_t, x = contiguous(t), contiguous(drive.t), contiguous(drive.x)
+    measured = np.zeros(len(t)) if measured is None else contiguous(measured)
+    score = np.ones(len(t)) if score is None else contiguous(score)
     for name, times, values in (
         ("measured", t, measured), ("score", t, score), ("command", knots_t, x),
     ):  # fmt: skip
@@ -118,6 +120,36 @@ def track(
     return Track(knots_t, x, t, float(x0), measured, score, sums, extremes(x))
 
 
+class JoinedTracks(NamedTuple):
+    """The samples of several tracks, one track after the other, as compiled code takes them.
+
+    Args:
+        t: Times since the start of each, s, (N,).
+        first: The first sample of each, and how many there are, (tracks + 1,).
+        inputs: Of all, (m, N).
+        held: Which of them keep a value until the next sample, 1 for these, (m,).
+        start: Position and velocity of each of n candidates at the start of each track; the
+            candidates of the first track, then those of the next, (tracks n, 2).
+    """
+
+    t: Array
+    first: NDArray[np.int64]
+    inputs: Array
+    held: NDArray[np.int64]
+    start: Array
+
+
+def joined_tracks(tracks: Sequence[Track], n: int) -> JoinedTracks:
+    """Tracks to be moved along by n candidates each."""
+    return JoinedTracks(
+        np.concatenate([track.t - track.t[0] for track in tracks]),
+        np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])]),
+        contiguous(np.concatenate([track.inputs for track in tracks], axis=1)),
+        tracks[0].held.astype(np.int64),
+        contiguous(np.repeat([[track.x0, track.v0] for track in tracks], n, axis=0)),
+    )
+
+
 def prefix_sums(score: Array, d: Array) -> Array:
     """Prefix sums of score * (1, d, d^2), (3, N + 1)."""
     sums = np.zeros((3, len(d) + 1))
@@ -131,7 +163,3 @@ def extremes(x: Array) -> Array:
     runs = x[: inner * RUN].reshape(inner, RUN)
     ends = x[RUN::RUN][:inner]
     return np.stack([np.minimum(runs.min(axis=1), ends), np.maximum(runs.max(axis=1), ends)])
-
-
-def _ready(a: Any) -> Array:
-    return np.ascontiguousarray(a, dtype=float)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...compile_cache import compiled
-from ...friction import rub_law
+from ...friction import RUB_SIGNATURE, addressed, rub_law, slip_law
 from ...space import Array
+
+if TYPE_CHECKING:
+    from ...friction import Law
 
 #: Iterations for the velocity; as a rule 2 to 4 are needed.
 _MOST = 80
@@ -25,7 +28,16 @@ def _no_rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> 
     return 0.0
 
 
-NO_RUB = rub_law(_no_rub)
+def no_slip(v: float, p: Array) -> float:  # noqa: ARG001
+    """Stands for the law of a side without friction; it is never called."""
+    return 0.0
+
+
+def calls_of(law: Law | None) -> tuple[Any, Any, bool]:
+    """A law's `slip` and `rub` as compiled code calls them, and whether `rub` is what counts."""
+    slip, rub = (slip_law(no_slip), None) if law is None else (law.slip, law.rub)
+    general = rub is not None
+    return addressed(slip), addressed(rub if general else rub_law(_no_rub), RUB_SIGNATURE), general
 
 
 @compiled(forceinline=True)
