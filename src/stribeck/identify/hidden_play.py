@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 #: Misfit, as a share of the fit's, from which play explains a log that the fit does not explain,
 #: and one that a law with states does.
 BETTER, AS_WELL = 0.7, 1.1
+#: A side whose best refit is further above that than by this factor is refitted no more: more rows
+#: gain 8 % at most (nine logs with play and without).
+PROMISING = 1.3
 Side = Literal["motor", "load"]
 #: Hz at which motor and load swing against each other, and play in multiples of the misfit, where
 #: refits may start; rows that each takes for a parameter, and those that the best of a side takes
@@ -75,6 +78,7 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
     if not most:
         return [], 0
     cost, rows = float(problem(x[None])[0]), 1
+    limit = (BETTER if rough else AS_WELL) * cost
     places = []
     for side, other in split.items():
         points = np.array([_start(other, problem, x, *at) for at in _starts(masses, cost)])
@@ -90,11 +94,14 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
         starts = np.array([point for _, of_side, point in places if of_side == side])
         if not len(starts):
             continue
-        refit = best_descent(other, starts, ((len(starts), ROWS), (1, BEYOND)))
+        refit = best_descent(other, starts, ((len(starts), ROWS),))
         rows += refit.evaluations
+        if refit.cost < PROMISING * limit:
+            refit = best_descent(other, refit.x[None], ((1, BEYOND),))
+            rows += refit.evaluations
         if best is None or refit.cost < best[0].cost:
             best = refit, other, side
-    if best is None or not best[0].cost < (BETTER if rough else AS_WELL) * cost:
+    if best is None or not best[0].cost < limit:
         return [], rows
     return [_told(*best, cost)], rows
 
