@@ -94,16 +94,22 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
         starts = np.array([point for _, of_side, point in places if of_side == side])
         if not len(starts):
             continue
-        refit = best_descent(other, starts, ((len(starts), ROWS),))
+        refit = _refitted(other, starts, limit)
         rows += refit.evaluations
-        if refit.cost < PROMISING * limit:
-            refit = best_descent(other, refit.x[None], ((1, BEYOND),))
-            rows += refit.evaluations
         if best is None or refit.cost < best[0].cost:
             best = refit, other, side
     if best is None or not best[0].cost < limit:
         return [], rows
     return [_told(*best, cost)], rows
+
+
+def _refitted(other: MotionProblem, starts: Array, limit: float) -> Polished:
+    """The best refit from some starts, and further where it comes near a limit."""
+    first = best_descent(other, starts, ((len(starts), ROWS),))
+    if not first.cost < PROMISING * limit:
+        return first
+    further = best_descent(other, first.x[None], ((1, BEYOND),))
+    return replace(further, evaluations=first.evaluations + further.evaluations)
 
 
 def _told(refit: Polished, other: MotionProblem, side: str, cost: float) -> Violation:
