@@ -134,7 +134,7 @@ WAYS = {
         lambda hand: hand.files("#rig-file", RIGS / "openarm_joint_3.toml"), 40, "0s:4s", {},
     ),
     "xl330": Way(
-        lambda _: sorted((RECORDINGS / "bam_xl330" / "logs").glob("*.json"))[:6],
+        lambda _: sorted((RECORDINGS / "bam_xl330" / "logs").glob("*.json"))[:16],
         lambda hand: hand.press("#as-rig"), None, 20, "0s:1s", {},
     ),
 }  # fmt: skip
@@ -146,16 +146,9 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
     return [pytest.mark.recordings(REAL[name])] if name in REAL else []
 
 
-#: By which hand each is gone; a page knows no difference between logs, so that not all are both.
-HANDS: dict[str, tuple[type[Mouse | Keys], ...]] = {
-    "twincat": (Mouse,), "plc": (Mouse, Keys), "twin": (Mouse,), "emps": (Keys,),
-    "openarm": (Keys,), "xl330": (Mouse,),
-}  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("name", "hands"),
-    [pytest.param(name, hand, marks=marks(name)) for name in WAYS for hand in HANDS[name]],
+    [pytest.param(name, hands, marks=marks(name)) for name in WAYS for hands in (Mouse, Keys)],
 )
 def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mouse | Keys]) -> None:
     way, pictured = WAYS[name], (name, hands) == ("twincat", Mouse)
