@@ -28,6 +28,9 @@ def _no_rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> 
     return 0.0
 
 
+_NO_RUB = rub_law(_no_rub)
+
+
 def no_slip(v: float, p: Array) -> float:  # noqa: ARG001
     """Stands for the law of a side without friction; it is never called."""
     return 0.0
@@ -37,7 +40,7 @@ def calls_of(law: Law | None) -> tuple[Any, Any, bool]:
     """A law's `slip` and `rub` as compiled code calls them, and whether `rub` is what counts."""
     slip, rub = (slip_law(no_slip), None) if law is None else (law.slip, law.rub)
     general = rub is not None
-    return addressed(slip), addressed(rub if general else rub_law(_no_rub), RUB_SIGNATURE), general
+    return addressed(slip), addressed(rub if general else _NO_RUB, RUB_SIGNATURE), general
 
 
 @compiled(forceinline=True)
