@@ -31,20 +31,27 @@ def motion(kind: str, seed: int) -> tuple[Array, Array]:
     return sines(30.0, np.array([0.05, 0.03, 0.012]), rng.uniform(0.9, 1.1, 3) * [0.23, 0.61, 1.37])
 
 
+def moved(t: Array, x: Array) -> sensors.Table:
+    """How the axis moves that is asked for positions, without a load."""
+    curve = coulomb_viscous(18.0, 70.0)
+    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=11.0)
+    return driven.simulate(EMPTY, curve, curve, loop, t, x, driven.Extras(offset=2.0))._asdict()
+
+
+def balanced(m: sensors.Table, rng: np.random.Generator, memory: float) -> Fit:
+    """A balance of its log, whose noise of the force remembers for so many samples."""
+    m = sensors.noisy(m, "force", 0.6, rng, memory=memory)
+    m = sensors.noisy(m, "position", 1e-6, rng)
+    log = Recording(m["t"], m["position"], force=m["force"])
+    return identify(log, rig="forced", law="coulomb-viscous")
+
+
 @cache
 def fitted(kind: str, seed: int, load: float, stays: float, memory: float = 0.0) -> Fit:
     """A balance of an axis whose load stays for so many seconds, and is away for as long."""
     rng = np.random.default_rng(seed)
     t, x = motion(kind, seed)
-    curve = coulomb_viscous(18.0, 70.0)
-    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=11.0)
-    m = driven.simulate(EMPTY, curve, curve, loop, t, x, driven.Extras(offset=2.0))._asdict()
-    m = sensors.fetched(m, "force", load, stays)
-    m = sensors.noisy(m, "force", 0.6, rng, memory=memory)
-    m = sensors.noisy(m, "position", 1e-6, rng)
-    return identify(
-        Recording(m["t"], m["position"], force=m["force"]), rig="forced", law="coulomb-viscous"
-    )
+    return balanced(sensors.fetched(moved(t, x), "force", load, stays), rng, memory)
 
 
 def patterns(fit: Fit) -> list[str]:
@@ -209,16 +216,10 @@ def wandering(kind: str, seed: int, size: float, memory: float = 0.0) -> tuple[F
         t, x, _ = strokes(rng.choice([0.1, 0.15, 0.2, 0.25], 40), 0.12)
     else:
         t, x = sines(60.0, np.array([0.05, 0.03]), rng.uniform(0.9, 1.1, 2) * [0.35, 0.91])
-    curve = coulomb_viscous(18.0, 70.0)
-    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=11.0)
-    m = driven.simulate(EMPTY, curve, curve, loop, t, x, driven.Extras(offset=2.0))._asdict()
-    steady, moves = m["force"], np.abs(m["velocity"]) > 1e-3
-    m = sensors.wandered(m, "force", size, 19.0)
-    friction = 18.0 + ((m["force"] - steady) * np.sign(m["velocity"]))[moves]
-    m = sensors.noisy(m, "force", 0.6, rng, memory=memory)
-    m = sensors.noisy(m, "position", 1e-6, rng)
-    log = Recording(m["t"], m["position"], force=m["force"])
-    return identify(log, rig="forced", law="coulomb-viscous"), friction
+    steady = moved(t, x)
+    m = sensors.wandered(steady, "force", size, 19.0)
+    more = (m["force"] - steady["force"]) * np.sign(m["velocity"])
+    return balanced(m, rng, memory), 18.0 + more[np.abs(m["velocity"]) > 1e-3]
 
 
 @pytest.mark.parametrize("kind", ["strokes", "sines"])

@@ -83,9 +83,10 @@ def _of_inertia(remainder: Remainder, chance: float) -> PhaseChanges | None:
         return None
 
     def estimated(rows: ResidualRows) -> Array:
-        return _inertias(rows, _left(remainder, rows), phase)
+        columns = np.column_stack([rows.jacobian, remainder.columns])
+        return _inertias(rows, rows.residual - columns @ remainder.x, phase)
 
-    inertias = estimated(rows)
+    inertias = _inertias(rows, remainder.rows.residual, phase)
     probability = min(_by_chance(inertias, log, count) for count in _TOGETHER)
     if probability <= chance:  # what takes several times as long
         inertias = rows.without_error(estimated)
@@ -101,18 +102,12 @@ def _of_friction(remainder: Remainder, chance: float) -> PhaseChanges | None:
     stroke, log = _strokes(rows)
     if len(log) < FEWEST:
         return None
-    frictions = _frictions(rows, _left(remainder, rows), stroke)
+    frictions = _frictions(remainder.rows, stroke)
     probability = _by_chance(_without_law(rows, frictions, stroke), log, 1)
     if probability > chance:
         return None
     more, least, greatest = _changes(frictions, log)
     return PhaseChanges(_between(rows, more, stroke), least, greatest, probability)
-
-
-def _left(remainder: Remainder, rows: ResidualRows) -> Array:
-    """What parameters and patterns leave of the residual of some rows, (rows,)."""
-    columns = np.column_stack([rows.jacobian, remainder.columns])
-    return np.asarray(rows.residual - columns @ remainder.x)
 
 
 def _beyond_mean(estimated: Array, log: NDArray[np.intp]) -> tuple[Array, Array]:
@@ -217,9 +212,9 @@ def _inertias(rows: ResidualRows, residual: Array, phase: NDArray[np.intp]) -> A
     return np.where(known > _KNOWN * aa, [score, known], 0.0)
 
 
-def _frictions(rows: ResidualRows, residual: Array, stroke: NDArray[np.intp]) -> Array:
+def _frictions(rows: ResidualRows, stroke: NDArray[np.intp]) -> Array:
     """Of each stroke, the sum of residuals against the motion, and how many, (2, strokes)."""
-    return np.array([np.bincount(stroke, rows.direction * residual), np.bincount(stroke)])
+    return np.array([np.bincount(stroke, rows.direction * rows.residual), np.bincount(stroke)])
 
 
 def _without_law(rows: ResidualRows, estimated: Array, stroke: NDArray[np.intp]) -> Array:
