@@ -5,6 +5,7 @@ Noise of the acceleration makes the inertia of slow strokes smaller than that of
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -14,7 +15,14 @@ from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import strokes
 from stribeck import Recording, identify
+from stribeck.friction import law_named
+from stribeck.identify.balance import balance_rows
+from stribeck.identify.balance.balance import balance
+from stribeck.identify.balance.regression import System
+from stribeck.identify.balance.sensor_bias import DRAWS, noisier_systems
+from stribeck.identify.parameters import partition
 from stribeck.identify.result import Fit
+from stribeck.rig.lookup import rig_named
 
 MASS = 12.0
 SPEEDS = np.repeat((0.005, 0.01, 0.02, 0.05, 0.1, 0.15, 0.25), 2)
@@ -60,3 +68,32 @@ def test_a_load_is_still_told_with_its_time(noise: float, seed: int) -> None:
     mass = next(e for e in fit.estimates if e.name == "M")
     assert mass.low < MASS
     assert mass.high > MASS + 2.0
+
+
+@pytest.mark.parametrize(("room", "times"), [(1 << 25, 1), (1000, 2)])
+def test_what_is_drawn_is_the_same_each_time_and_kept_unless_it_is_much(
+    monkeypatch: pytest.MonkeyPatch, room: int, times: int
+) -> None:
+    monkeypatch.setattr(balance_rows, "KEPT", room)
+    rng = np.random.default_rng(2)
+    t = np.arange(0.0, 20.0, 2e-3)
+    x, v = 0.05 * np.sin(2.0 * t), 0.1 * np.cos(2.0 * t)
+    force = MASS * -0.2 * np.sin(2.0 * t) + 18.0 * np.sign(v) + rng.normal(0.0, 0.4, len(t))
+    log = Recording(t, x + rng.normal(0.0, 2e-6, len(t)), force=force)
+    law = law_named("coulomb-viscous")
+    solved = balance(log, partition(rig_named("forced"), law))
+    begun = []
+
+    def noisier() -> Iterator[System]:
+        begun.append(1)
+        return noisier_systems(solved, [log], [None])
+
+    estimates = identify(log, rig="forced", law=law).estimates
+    rows = balance_rows.balance_rows(solved, estimates, None, noisier)
+    assert rows.noisier is not None
+    first, second = list(rows.noisier()), list(rows.noisier())
+    assert len(begun) == times
+    assert len(first) == len(second) == DRAWS
+    for before, after in zip(first, second, strict=True):
+        assert [a.tobytes() for a in before] == [a.tobytes() for a in after]
+    assert first[0][1].tobytes() != first[1][1].tobytes()

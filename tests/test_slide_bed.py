@@ -349,3 +349,30 @@ def test_what_the_start_of_an_assumed_ramp_is_off_by_is_in_the_breakaway_force()
     ahead = SLIDE_BED.positions(LAW, moved[None], track(early, t, 0.0))
     relaxed = SLIDE_BED.positions(LAW, p[None], track(late, t, 0.0))
     np.testing.assert_allclose(ahead, relaxed, atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "p"),
+    [
+        ("stribeck", [90.0, 40.0, 900.0, 1e-3, 1.0]),
+        ("makkar", [95.0, 3e3, 200.0, 50.0, 3e3, 900.0]),
+        ("stribeck+position:2", [90.0, 40.0, 900.0, 1e-3, 1.0, 0.1, 0.05, 0.02, 0.02, 0.01]),
+    ],
+)
+def test_starts_and_constants_of_many_sets_are_those_of_a_rig_set_to_them(
+    name: str, p: list[float]
+) -> None:
+    """From event to event, in steps that samples do not cut, and from sample to sample."""
+    law = law_named(name)
+    t = np.arange(0.0, 20.005, 0.01)
+    stroke = track(Drive.line(0.0, 0.0, 20.0, 5e-3), t, 1e-3)
+    starts, masses = np.array([0.0, 1e-3, 1e-3, 2e-3]), np.array([10.9, 12.0, 9.0, 12.0])
+    dv = np.array([0.1, 0.1, 0.2, 0.1])  # mm/s
+    sets = np.array([[*p, 967.98]] * 4) * np.array([1.0, 1.0, 1.1, 0.9])[:, None]
+    together = SLIDE_BED.positions_from(law, sets, stroke, starts, {"m": masses, "dv": 1e-3 * dv})
+    for k in range(4):
+        rig = SLIDE_BED.set(m=float(masses[k]), dv=float(dv[k]))
+        alone = rig.positions(law, sets[k : k + 1], stroke.begun_at(float(starts[k]), 0.0))
+        assert together[k].tobytes() == alone[0].tobytes()
+    assert len({row.tobytes() for row in together}) == 4
+    assert np.ptp(together, axis=1).min() > 1e-3  # they move

@@ -99,6 +99,11 @@ class FreeConstantsProblem:
         sd = np.array([c.standard_deviation for c in self.constants])
         residuals = np.full((len(x), self.rows + len(self.constants)), np.nan)
         residuals[:, self.rows :] = self.noise * (x[:, k:] - self.nominal) / sd
+        if isinstance(self.problem, FreeStartProblem):
+            values = np.clip(x[:, k:], *self._ranges)
+            own = {c.name: column for c, column in zip(self.constants, values.T, strict=True)}
+            residuals[:, : self.rows] = self.problem.residuals(x[:, :k], own)
+            return residuals
         for values in np.unique(x[:, k:], axis=0):
             rows = (x[:, k:] == values).all(axis=1)
             residuals[rows, : self.rows] = self._at(values).residuals(x[rows, :k])

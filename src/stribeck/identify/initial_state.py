@@ -9,6 +9,7 @@ data as of the model: a rest before the range counts as samples of its start.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
 
@@ -38,7 +39,7 @@ class FreeStartProblem:
     segment's after one for the rest before it: sqrt(n) (start − mean of its n samples).
 
     Args:
-        problem: The motion problem; its rig simulates one start at a time.
+        problem: The motion problem.
     """
 
     def __init__(self, problem: MotionProblem) -> None:
@@ -85,22 +86,23 @@ class FreeStartProblem:
         """(n, dim) points to (n,) root mean squares of their residuals."""
         return rms(self.residuals(x))
 
-    def residuals(self, x: Array, /) -> Array:
-        """(n, dim) points to (n, samples + segments) residuals, in the problem's unit."""
+    def residuals(self, x: Array, /, constants: Mapping[str, Array] | None = None) -> Array:
+        """(n, dim) points to (n, samples + segments) residuals, in the problem's unit.
+
+        Args:
+            x: The points.
+            constants: Of the rig, SI by name, (n,), that each point has a value of its own of.
+        """
         x = np.atleast_2d(x)
         k = len(self.problem.space.params)
         blocks = []
         for at, segment in enumerate(self.problem.train):
             starts = x[:, k + at]
             mean, n, _ = self._seen[at]
-            part = np.full((len(x), self.problem.logs[at] + 1), np.nan)
-            part[:, 0] = np.sqrt(n) * (starts - mean) / self.problem.scale
-            for start in np.unique(starts):
-                rows = starts == start
-                part[rows, 1:] = self.problem.segment_residuals(
-                    x[rows, :k], started_at(segment, float(start))
-                )
-            blocks.append(part)
+            blocks.append((np.sqrt(n) * (starts - mean) / self.problem.scale)[:, None])
+            blocks.append(
+                self.problem.started_residuals(x[:, :k], segment, starts, constants or {})
+            )
         return np.concatenate(blocks, axis=1)
 
 

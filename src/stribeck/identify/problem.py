@@ -169,6 +169,26 @@ class MotionProblem:
             residuals[physical] = self._misfit(positions, segment)
         return residuals
 
+    def started_residuals(
+        self, x: Array, segment: Segment, starts: Array, constants: Mapping[str, Array]
+    ) -> Array:
+        """The residuals of one segment from other starts; see `segment_residuals`.
+
+        Args:
+            x: (n, dim) free parameter sets.
+            segment: The segment.
+            starts: Where each starts, m, (n,).
+            constants: Of the rig, SI by name, (n,), that each set has a value of its own of.
+        """
+        p, physical = self._physical(x)
+        residuals = np.full((len(p), int(np.count_nonzero(segment.track.score))), np.nan)
+        if physical.any():
+            own = {name: values[physical] for name, values in constants.items()}
+            track, law = segment.track, self.parameters.law
+            positions = self._rig.positions_from(law, p[physical], track, starts[physical], own)
+            residuals[physical] = self._misfit(positions, segment)
+        return residuals
+
     def _later(self, p: Array, segment: Segment, late: float) -> Array:
         """Positions that were measured so much later, between samples with their velocities."""
         from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415 - slow to import

@@ -197,6 +197,23 @@ class SimulatedRig(Rig):
         """The positions over several tracks, one after the other, m, (n, their samples)."""
         return np.concatenate([self.positions(law, p, track) for track in tracks], axis=1)
 
+    def positions_from(
+        self, law: Law, p: Array, track: Track, starts: Array, constants: Mapping[str, Array]
+    ) -> Array:
+        """The positions of sets that differ in where they start and in constants, m, (n, N).
+
+        For a rig with a `free_start`.
+
+        Args:
+            law: The law.
+            p: (n, k) complete parameter sets.
+            track: A prepared track.
+            starts: Position of each at its start, m, (n,).
+            constants: Of the rig, SI by name, (n,), that each set has a value of its own of.
+        """
+        del law, p, track, starts, constants
+        raise InputError(f"rig {self.name} does not simulate starts of its own")
+
     def drive(self, recording: Recording) -> Drive:
         """What a recording's command asks of the axis."""
         return Drive.of(recording)

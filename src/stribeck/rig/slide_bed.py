@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..constant import SMALLEST, Constant, Stated, constant
 from ..errors import InputError
@@ -162,16 +163,36 @@ class SlideBed(SimulatedRig):
             for sign in "+-"
         )
 
-    def split(self, law: Law, p: Array) -> tuple[Array, Array]:
+    def split(
+        self, law: Law, p: Array, constants: Mapping[str, Array] | None = None
+    ) -> tuple[Array, Array]:
         """Parameter sets (n, k) as the law's (n, k_law) and the kernel's constants (n, 11).
+
+        Args:
+            law: The law.
+            p: The sets.
+            constants: Of the rig, SI by name, (n,), that each set has a value of its own of.
 
         Raises:
             InputError: a mass or stiffness that cannot be simulated, or columns missing.
         """
         p, k = self.parameter_sets(law, p), len(law.params)
         c = np.repeat(self._kernel_constants[None], len(p), axis=0)
+        for rows, rig in self._with_each(constants or {}):
+            c[rows] = rig._kernel_constants  # noqa: SLF001 - of its own class
         c[:, K_SPRING_P], c[:, K_SPRING_M] = p[:, k], p[:, -1]
         return p[:, :k], c
+
+    def _with_each(
+        self, constants: Mapping[str, Array]
+    ) -> Iterator[tuple[NDArray[np.bool_], SlideBed]]:
+        """The rig with each distinct set of some constants, SI by name, (n,), and whose it is."""
+        if not constants:
+            return
+        table = np.column_stack(list(constants.values()))
+        for values in np.unique(table, axis=0):
+            by_name = dict(zip(constants, values.tolist(), strict=True))
+            yield (table == values).all(axis=1), self.estimated(by_name)
 
     @cached_property
     def _kernel_constants(self) -> Array:
@@ -399,6 +420,19 @@ class SlideBed(SimulatedRig):
         k_spring = np.where(e > 0, c[:, K_SPRING_P], c[:, K_SPRING_M])
         pull: Array = motor - np.clip(motor, -c[:, F_FM], c[:, F_FM]) + k_spring * e
         return pull
+
+    def positions_from(
+        self, law: Law, p: Array, track: Track, starts: Array, constants: Mapping[str, Array]
+    ) -> Array:
+        """All in one call where steps need not end at samples; see `SimulatedRig`."""
+        if _by_events(law, track):
+            laws, c = self.split(law, p, constants)
+            return _kernel(law).trajectories(law, laws, c, track, self.slip_tolerance, starts)[0]  # type: ignore[no-any-return]
+        positions = np.empty((len(p), len(track.t)))
+        for rows, rig in self._with_each({**constants, "start": starts}):
+            begun = track.begun_at(float(starts[rows][0]), track.v0)
+            positions[rows] = rig.positions(law, p[rows], begun)
+        return positions
 
     def states(self, law: Law, p: Array, track: Track) -> tuple[Array, Array]:
         """Positions and velocities alone: a search needs no forces; see `SimulatedRig`."""

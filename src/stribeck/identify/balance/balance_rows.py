@@ -19,6 +19,42 @@ if TYPE_CHECKING:
     from .sensor_bias import SensorBias
 
 
+#: Bytes of what is drawn that are kept.
+KEPT = 1 << 25
+
+
+class _Drawn:
+    """Acceleration, residual and Jacobian of a balance with the error of its motion added again.
+
+    All patterns of inertia are looked at in the same ones, which take longer than anything else of
+    a look: they are kept, unless they are many.
+
+    Args:
+        solution: The balance.
+        noisier: As of `balance_rows`.
+    """
+
+    def __init__(self, solution: Balance, noisier: Callable[[], Iterator[System]]) -> None:
+        self._solution, self._noisier = solution, noisier
+        self._kept: list[tuple[Array, Array, Array]] = []
+
+    def __call__(self) -> Iterator[tuple[Array, Array, Array]]:
+        if self._kept:
+            yield from self._kept
+            return
+        drawn: list[tuple[Array, Array, Array]] = []
+        room, values = KEPT, self._solution.values
+        for system in self._noisier():
+            residual = system.y - system.predicted(values[None])[:, 0]
+            draw = accelerations(system.logs), residual, system.jacobian(values)
+            room -= sum(a.nbytes for a in draw)
+            if room >= 0:
+                drawn.append(draw)
+            yield draw
+        if room >= 0:
+            self._kept = drawn
+
+
 def balance_rows(
     solution: Balance,
     estimates: Sequence[Estimate],
@@ -36,12 +72,6 @@ def balance_rows(
         bias: What the error of the motion has moved it by.
         noisier: The balance with that error added once more, as `noisier_systems` makes it.
     """
-
-    def drawn() -> Iterator[tuple[Array, Array, Array]]:
-        for system in noisier():
-            residual = system.y - system.predicted(solution.values[None])[:, 0]
-            yield accelerations(system.logs), residual, system.jacobian(solution.values)
-
     logs, free = solution.system.logs, solution.system.free
     half_widths = np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free])
     if bias is not None:
@@ -59,6 +89,6 @@ def balance_rows(
         half_widths=half_widths,
         sampling=sampling_residual(solution),
         thinned=accelerations(logs),
-        noisier=drawn,
+        noisier=_Drawn(solution, noisier),
         place=np.arange(len(solution.residuals), dtype=np.int32),
     )

@@ -741,7 +741,7 @@ def _walk(
 
 @compiled(
     void(
-        SLIP_TYPE, _F2, _F2, _F1, _F1, _F2, _F1, float64, _F1, _F1, _F2, _W2, _W2, _W1, boolean,
+        SLIP_TYPE, _F2, _F2, _F1, _F1, _F2, _F1, _F1, _F1, _F1, _F2, _W2, _W2, _W1, boolean,
         float64, _I1,
     ),
     nogil=True,
@@ -754,7 +754,7 @@ def _rows(
     knots_x: Array,
     extremes: Array,
     t: Array,
-    x0: float,
+    start: Array,
     measured: Array,
     score: Array,
     sums: Array,
@@ -778,22 +778,24 @@ def _rows(
             return
         k = row if store else 0
         sse[row] = _walk(
-            slip, borrowed(p[row]), borrowed(c[row]), knots_t, knots_x, extremes, t, x0,
+            slip, borrowed(p[row]), borrowed(c[row]), knots_t, knots_x, extremes, t, start[row],
             measured, score, sums, borrowed(out_x[k]), borrowed(out_v[k]), store,
             tolerance, path,
         )  # fmt: skip
 
 
-#: Runs all rows of a kernel: law, parameters, constants, track, and where results go.
-Spread: TypeAlias = "Callable[[Law, Array, Array, Track, tuple[Any, ...]], None]"
+#: Runs all rows of a kernel: law, parameters, constants, track, starts, and where results go.
+Spread: TypeAlias = "Callable[[Law, Array, Array, Track, Array, tuple[Any, ...]], None]"
 
 
-def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ...]) -> None:
+def _spread(
+    law: Law, p: Array, c: Array, track: Track, start: Array, arguments: tuple[Any, ...]
+) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
     track = from_zero(track)
     row_pool.pool().share(
         _rows, len(p),
-        (addressed(law.slip), p, c, track.knots_t, track.knots_x, track.extremes, track.t, track.x0,
+        (addressed(law.slip), p, c, track.knots_t, track.knots_x, track.extremes, track.t, start,
          track.measured, track.score, track.sums, *arguments),
         max(row_pool.FEWEST, row_pool.FEWEST_SAMPLES // len(track.t)),
     )  # fmt: skip
@@ -809,15 +811,27 @@ def misfits(
     """
     sse, nothing = np.empty(len(p)), np.empty((1, 0))
     if len(p):
-        spread(law, contiguous(p), contiguous(c), track, (nothing, nothing, sse, False, tolerance))
+        start, results = np.full(len(p), track.x0), (nothing, nothing, sse, False, tolerance)
+        spread(law, contiguous(p), contiguous(c), track, start, results)
     return sse
 
 
 def trajectories(
-    law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0, spread: Spread = _spread
+    law: Law,
+    p: Array,
+    c: Array,
+    track: Track,
+    tolerance: float = 1.0,
+    start: Array | None = None,
+    spread: Spread = _spread,
 ) -> tuple[Array, Array]:
-    """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 11) constants."""
+    """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 11) constants.
+
+    Each starts at its own `start`, m, (n,); by default all where the track does.
+    """
     x, v = np.full((2, len(p), len(track.t)), np.nan)
     if len(p):
-        spread(law, contiguous(p), contiguous(c), track, (x, v, np.empty(len(p)), True, tolerance))
+        start = np.full(len(p), track.x0) if start is None else contiguous(start)
+        results = (x, v, np.empty(len(p)), True, tolerance)
+        spread(law, contiguous(p), contiguous(c), track, start, results)
     return x, v

@@ -360,14 +360,14 @@ def _walk(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
 
 @compiled(
     void(
-        SLIP_TYPE, RUB_TYPE, boolean, int64, _F2, _F2, _F1, _F1, _F1, float64, _F1, _F1, _W2, _W2,
+        SLIP_TYPE, RUB_TYPE, boolean, int64, _F2, _F2, _F1, _F1, _F1, _F1, _F1, _F1, _W2, _W2,
         float64[::1], boolean, float64, _I1,
     ),
     nogil=True,
 )  # fmt: skip
 def _rows(
     slip: Any, rub: Any, general: bool, states: int, p: Array, c: Array, knots_t: Array,
-    knots_x: Array, t: Array, x0: float, measured: Array, score: Array, out_x: Array,
+    knots_x: Array, t: Array, start: Array, measured: Array, score: Array, out_x: Array,
     out_v: Array, sse: Array, store: bool, tolerance: float, counter: Array,
 ) -> None:  # fmt: skip
     """Simulate the rows that no thread has taken yet, one after the other, until none is left."""
@@ -384,18 +384,20 @@ def _rows(
             return
         k = row if store else 0
         sse[row] = _walk(
-            slip, rub, general, borrowed(p[row]), borrowed(c[row]), knots_t, knots_x, t, x0,
+            slip, rub, general, borrowed(p[row]), borrowed(c[row]), knots_t, knots_x, t, start[row],
             measured, score, borrowed(out_x[k]), borrowed(out_v[k]), store, tolerance, room,
             scratch, path,
         )  # fmt: skip
 
 
-def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ...]) -> None:
+def _spread(
+    law: Law, p: Array, c: Array, track: Track, start: Array, arguments: tuple[Any, ...]
+) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
     track = from_zero(track)
     row_pool.pool().share(
         _rows, len(p),
-        (*calls_of(law), law.states, p, c, track.knots_t, track.knots_x, track.t, track.x0,
+        (*calls_of(law), law.states, p, c, track.knots_t, track.knots_x, track.t, start,
          track.measured, track.score, *arguments),
         max(row_pool.FEWEST, row_pool.FEWEST_SAMPLES // len(track.t)),
     )  # fmt: skip
