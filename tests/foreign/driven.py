@@ -92,14 +92,13 @@ def simulate(
 
 @compiled
 def _surroundings(x: float, extras: Extras) -> float:
-    """What the drive has to bear besides inertia and friction."""
-    return (
-        extras.offset
-        + extras.spring * (x - extras.spring_at)
-        + extras.g_sin * sin(x)
-        + extras.g_cos * cos(x)
-        + extras.cogging * sin(2.0 * pi * x / extras.cogging_period)
-    )
+    """What the drive has to bear besides inertia and friction; what is off is not computed."""
+    force = extras.offset + extras.spring * (x - extras.spring_at)
+    if extras.g_sin != 0.0 or extras.g_cos != 0.0:
+        force = force + extras.g_sin * sin(x) + extras.g_cos * cos(x)
+    if extras.cogging != 0.0:
+        force += extras.cogging * sin(2.0 * pi * x / extras.cogging_period)
+    return force
 
 
 @compiled
@@ -130,8 +129,11 @@ def _run(
         if i % tick == 0:
             k = segment(t, k, times)
             force, integral = asked(loop, t, k, times, goals, x, v, integral)
-        factor = 1.0 + extras.wave * cos(2.0 * pi * x / extras.wave_period)
-        factor *= 1.0 + extras.warming * exp(-t / extras.warming_time)
+        factor = 1.0
+        if extras.wave != 0.0:
+            factor += extras.wave * cos(2.0 * pi * x / extras.wave_period)
+        if extras.warming != 0.0:
+            factor *= 1.0 + extras.warming * exp(-t / extras.warming_time)
         up = factor * (level(abs(v), plus) + extras.square * v * v)
         down = factor * (level(abs(v), minus) + extras.square * v * v)
         drive = force - _surroundings(x, extras)

@@ -31,6 +31,8 @@ def as_floats(curve: Curve) -> Curve:
 @compiled
 def level(speed: float, curve: Curve) -> float:
     """Friction at a speed, both magnitudes; at zero speed the breakaway level."""
+    if curve.F_S == curve.F_C:  # without a drop
+        return curve.F_C + curve.F_V * speed
     drop = exp(-((speed / curve.v_SS) ** curve.exponent))
     return curve.F_C + (curve.F_S - curve.F_C) * drop + curve.F_V * speed
 

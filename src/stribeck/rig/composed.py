@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -228,8 +229,11 @@ class ComposedRig(SteppedRig):
 
     def limits(self, name: str) -> tuple[float, float]:
         """Between which values a constant can be simulated, SI, by its part."""
-        of_parts = {c.name: c.limits for part in self.parts for c in part.coefficients}
-        return of_parts.get(name, super().limits(name))
+        return self._limits_of_parts.get(name, super().limits(name))
+
+    @cached_property
+    def _limits_of_parts(self) -> Mapping[str, tuple[float, float]]:
+        return {c.name: c.limits for part in self.parts for c in part.coefficients}
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse values with which nothing can be simulated."""
