@@ -5,8 +5,8 @@ Noise of the acceleration makes the inertia of slow strokes smaller than that of
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +16,10 @@ from foreign.friction import coulomb_viscous
 from foreign.strokes import strokes
 from stribeck import Recording, identify
 from stribeck.friction import law_named
-from stribeck.identify.balance import balance_rows
+from stribeck.identify.balance import noisier_balance
 from stribeck.identify.balance.balance import balance
-from stribeck.identify.balance.regression import System
-from stribeck.identify.balance.sensor_bias import DRAWS, noisier_systems
+from stribeck.identify.balance.balance_rows import balance_rows
+from stribeck.identify.balance.noisier_balance import DRAWS, NoisierBalance, noisier_logs
 from stribeck.identify.parameters import partition
 from stribeck.identify.result import Fit
 from stribeck.rig.lookup import rig_named
@@ -74,7 +74,7 @@ def test_a_load_is_still_told_with_its_time(noise: float, seed: int) -> None:
 def test_what_is_drawn_is_the_same_each_time_and_kept_unless_it_is_much(
     monkeypatch: pytest.MonkeyPatch, room: int, times: int
 ) -> None:
-    monkeypatch.setattr(balance_rows, "KEPT", room)
+    monkeypatch.setattr(noisier_balance, "KEPT", room)
     rng = np.random.default_rng(2)
     t = np.arange(0.0, 20.0, 2e-3)
     x, v = 0.05 * np.sin(2.0 * t), 0.1 * np.cos(2.0 * t)
@@ -82,17 +82,19 @@ def test_what_is_drawn_is_the_same_each_time_and_kept_unless_it_is_much(
     log = Recording(t, x + rng.normal(0.0, 2e-6, len(t)), force=force)
     law = law_named("coulomb-viscous")
     solved = balance(log, partition(rig_named("forced"), law))
-    begun = []
-
-    def noisier() -> Iterator[System]:
-        begun.append(1)
-        return noisier_systems(solved, [log], [None])
-
     estimates = identify(log, rig="forced", law=law).estimates
-    rows = balance_rows.balance_rows(solved, estimates, None, noisier)
+    logs_drawn = []
+
+    def counted(*arguments: Any) -> Any:
+        logs_drawn.append(1)
+        return noisier_logs(*arguments)
+
+    monkeypatch.setattr(noisier_balance, "noisier_logs", counted)
+    noisier = NoisierBalance(solved, [log], [None])
+    rows = balance_rows(solved, estimates, None, noisier)
     assert rows.noisier is not None
     first, second = list(rows.noisier()), list(rows.noisier())
-    assert len(begun) == times
+    assert len(logs_drawn) == DRAWS * times
     assert len(first) == len(second) == DRAWS
     for before, after in zip(first, second, strict=True):
         assert [a.tobytes() for a in before] == [a.tobytes() for a in after]

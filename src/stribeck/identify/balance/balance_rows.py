@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,54 +12,17 @@ from .regression import accelerations
 from .sampling_residual import sampling_residual
 
 if TYPE_CHECKING:
-    from ...space import Array
     from ..uncertainty.estimates import Estimate
     from .balance import Balance
-    from .regression import System
+    from .noisier_balance import NoisierBalance
     from .sensor_bias import SensorBias
-
-
-#: Bytes of what is drawn that are kept.
-KEPT = 1 << 25
-
-
-class _Drawn:
-    """Acceleration, residual and Jacobian of a balance with the error of its motion added again.
-
-    All patterns of inertia are looked at in the same ones, which take longer than anything else of
-    a look: they are kept, unless they are many.
-
-    Args:
-        solution: The balance.
-        noisier: As of `balance_rows`.
-    """
-
-    def __init__(self, solution: Balance, noisier: Callable[[], Iterator[System]]) -> None:
-        self._solution, self._noisier = solution, noisier
-        self._kept: list[tuple[Array, Array, Array]] = []
-
-    def __call__(self) -> Iterator[tuple[Array, Array, Array]]:
-        if self._kept:
-            yield from self._kept
-            return
-        drawn: list[tuple[Array, Array, Array]] = []
-        room, values = KEPT, self._solution.values
-        for system in self._noisier():
-            residual = system.y - system.predicted(values[None])[:, 0]
-            draw = accelerations(system.logs), residual, system.jacobian(values)
-            room -= sum(a.nbytes for a in draw)
-            if room >= 0:
-                drawn.append(draw)
-            yield draw
-        if room >= 0:
-            self._kept = drawn
 
 
 def balance_rows(
     solution: Balance,
     estimates: Sequence[Estimate],
     bias: SensorBias | None,
-    noisier: Callable[[], Iterator[System]],
+    noisier: NoisierBalance,
 ) -> ResidualRows:
     """The residual of a solved balance beside its motion.
 
@@ -70,7 +33,7 @@ def balance_rows(
         solution: The balance.
         estimates: Of all its parameters, in their order.
         bias: What the error of the motion has moved it by.
-        noisier: The balance with that error added once more, as `noisier_systems` makes it.
+        noisier: The same with that error added once more.
     """
     logs, free = solution.system.logs, solution.system.free
     half_widths = np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free])
@@ -89,6 +52,6 @@ def balance_rows(
         half_widths=half_widths,
         sampling=sampling_residual(solution),
         thinned=accelerations(logs),
-        noisier=_Drawn(solution, noisier),
+        noisier=noisier,
         place=np.arange(len(solution.residuals), dtype=np.int32),
     )

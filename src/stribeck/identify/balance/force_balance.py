@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -45,9 +44,10 @@ from .counted_twice import twice_violations
 from .force_residuals import BalanceResiduals
 from .known_load import load_notes
 from .known_mass import calibration, mass_violations
+from .noisier_balance import NoisierBalance
 from .one_way import moves_one_way, one_way_violations, without_offset
 from .regression import System
-from .sensor_bias import SensorBias, noisier_systems, sensor_bias
+from .sensor_bias import SensorBias, sensor_bias
 from .synchronisation import synchronised
 from .training_rows import counting
 from .velocity_source import VelocitySource
@@ -95,7 +95,8 @@ def _solved(
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]
     uncertain = uncertainty(residuals, x, keep=True, draws=draws).without_rows()
-    bias = sensor_bias(solved, synchrony.recordings, synchrony.rows)
+    noisier = NoisierBalance(solved, synchrony.recordings, synchrony.rows)
+    bias = sensor_bias(solved, synchrony.recordings, noisier)
     slopes = constant_slopes(
         solved,
         lambda p: balance.balance(
@@ -111,7 +112,6 @@ def _solved(
 
     def seen(judged: Sequence[Estimate]) -> Effects:
         release(solved.system.samples)
-        noisier = partial(noisier_systems, solved, synchrony.recordings, synchrony.rows)
         return effects(balance_rows(solved, judged, bias, noisier))
 
     return SolvedLogs(

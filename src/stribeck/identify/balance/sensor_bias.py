@@ -9,15 +9,13 @@ step of Gauss and Newton takes the place of a refit).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...data.filtering import motion_noise
-from ...data.freed_memory import release
-from ...data.resolution import noise_of, step
 from ...friction.law import LOADS
 from ...space import Array, Param
 from ...units import unit
@@ -26,19 +24,17 @@ from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
 from . import variable_projection
 from .balance import prediction
-from .regression import System, accelerations
-from .rows import filtered_logs
-from .settled_rows import rows_of
+from .noisier_balance import DRAWS, SEED, error_of, noisier_logs
+from .regression import accelerations
 
 if TYPE_CHECKING:
     from ...data.filtering import Filtering
     from ...data.recording import Recording
     from ..uncertainty.estimates import Estimate
     from .balance import Balance
-    from .rows import Log, Rows
+    from .noisier_balance import NoisierBalance, NoisierRows
+    from .rows import Rows
 
-#: Times that the error is added, and the seed of the chance that draws it.
-DRAWS, SEED = 4, 1994
 #: Standard deviation of what the extrapolation leaves, as a share of what it takes off.
 LEFT = 0.25
 #: A move is told from this share of the half-width of an interval.
@@ -137,14 +133,14 @@ def _moved(e: Estimate, q: Param, shift: float, further: float) -> Estimate:
 
 
 def sensor_bias(
-    solved: Balance, recordings: Sequence[Recording], rows: Sequence[Rows | None]
+    solved: Balance, recordings: Sequence[Recording], noisier: NoisierBalance
 ) -> SensorBias | None:
     """What the error of the motion has moved the estimates of a solved balance by.
 
     Args:
         solved: The balance.
         recordings: Its logs.
-        rows: Which of their samples count.
+        noisier: The same with that error added once more.
 
     Returns:
         None under a law without states where it moves nothing by `MOVES` of a standard error.
@@ -153,8 +149,7 @@ def sensor_bias(
     least = MOVES * solved.robust_errors[free]
     if static and not np.any(_dilution(solved, recordings) * np.abs(solved.values[free]) > least):
         return None
-    rng = np.random.default_rng(SEED)
-    moves = np.array([_move(solved, recordings, rows, rng) for _ in range(DRAWS)])
+    moves = np.array([_move(solved, drawn) for drawn in noisier()])
     if static and not np.any(np.abs(moves.mean(axis=0)) > least):
         return None
     shift = np.zeros(len(solved.values))
@@ -174,7 +169,7 @@ def _dilution(solved: Balance, recordings: Sequence[Recording]) -> float:
     """
     filtering, share = solved.system.filtering, 0.0
     for recording, log in zip(recordings, solved.system.logs, strict=True):
-        noise = motion_noise(_error(_source(recording, filtering)), log.rate, filtering)
+        noise = motion_noise(error_of(_source(recording, filtering)), log.rate, filtering)
         for sd, channel in ((noise.v, log.v), (noise.a, log.a)):
             square = float(np.mean(log.pick(channel) ** 2)) if len(log.places) else 0.0
             share = max(share, min(sd**2 / square, 1.0) if square else 0.0)
@@ -192,7 +187,7 @@ def acceleration_noise(
         rows: Which of their samples count.
     """
     logs = solved.system.logs
-    noisier = _noisier_logs(solved, recordings, rows, np.random.default_rng(SEED))
+    noisier = noisier_logs(solved, recordings, rows, np.random.default_rng(SEED))
     return float(np.std(accelerations(noisier) - accelerations(logs)))
 
 
@@ -211,72 +206,14 @@ def _source(recording: Recording, filtering: Filtering) -> Array:
     return recording.position
 
 
-def _error(channel: Array) -> float:
-    """Standard deviation of a channel's noise and of its steps."""
-    return float(np.hypot(noise_of(channel), step(channel) / np.sqrt(12)))
-
-
-def _move(
-    solved: Balance,
-    recordings: Sequence[Recording],
-    rows: Sequence[Rows | None],
-    rng: np.random.Generator,
-) -> Array:
+def _move(solved: Balance, drawn: NoisierRows) -> Array:
     """By how much the free parameters move with the error added once more, (free,)."""
-    system = _noisier_system(solved, recordings, rows, rng)
-    J = system.jacobian(solved.values)
-    r = system.y - system.predicted(solved.values[None])[:, 0]
+    J = drawn.jacobian
     seen = np.isfinite(np.diag(solved.covariance))
     move = np.zeros(J.shape[1])
-    move[seen] = variable_projection.least_squares(J if seen.all() else J[:, seen], r)
+    J = J if seen.all() else J[:, seen]
+    move[seen] = variable_projection.least_squares(J, drawn.residual)
     return move
-
-
-def noisier_systems(
-    solved: Balance, recordings: Sequence[Recording], rows: Sequence[Rows | None]
-) -> Iterator[System]:
-    """A balance with the error of the motion added once more, by chance, several times."""
-    rng = np.random.default_rng(SEED)
-    return (_noisier_system(solved, recordings, rows, rng) for _ in range(DRAWS))
-
-
-def _noisier_system(
-    solved: Balance,
-    recordings: Sequence[Recording],
-    rows: Sequence[Rows | None],
-    rng: np.random.Generator,
-) -> System:
-    release(solved.system.samples)  # what a balance and its delay took
-    return System(solved.system.parameters, _noisier_logs(solved, recordings, rows, rng))
-
-
-def _noisier_logs(
-    solved: Balance,
-    recordings: Sequence[Recording],
-    rows: Sequence[Rows | None],
-    rng: np.random.Generator,
-) -> list[Log]:
-    """The filtered logs of a balance with as much error again, at the same rows."""
-    noisier = [_noisier(log, solved.system.filtering, rng) for log in recordings]
-    logs = filtered_logs(noisier, solved.system.parameters, None, rows)
-    return rows_of(logs, solved.system.logs)
-
-
-def _noisier(log: Recording, filtering: Filtering, rng: np.random.Generator) -> Recording:
-    """A log with as much error again on its position, and on its velocity where that is used."""
-    position = _with_error(log.position, rng)
-    if log.velocity is None or filtering.velocity != "recorded":
-        return replace(log, position=position)
-    return replace(log, position=position, velocity=_with_error(log.velocity, rng))
-
-
-def _with_error(channel: Array, rng: np.random.Generator) -> Array:
-    """A channel with as much error again, in one array that a recording need not copy."""
-    noisy = rng.standard_normal(len(channel))
-    noisy *= _error(channel)
-    noisy += channel
-    noisy.setflags(write=False)
-    return noisy
 
 
 def _allowed(solved: Balance, shift: Array, error: Array) -> SensorBias:
