@@ -17,6 +17,7 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array
 from .derived_channel import SampledChannel, Shifted, Slope
+from .low_pass import butterworth, chebyshev
 from .resampling import GAP, interpolated
 from .runs import runs, within
 from .zero_phase import BLOCK, Samples, Signal, zero_phase
@@ -235,8 +236,6 @@ def smooth_motion(position: Array, rate: float, filtering: Filtering) -> SmoothM
     Raises:
         InputError: too few samples for the filter.
     """
-    from scipy.signal import butter  # noqa: PLC0415 - slow to import
-
     padding = 3 * filtering.order
     if len(position) <= padding:
         raise InputError(f"{len(position)} samples are too few to filter: give more than {padding}")
@@ -244,7 +243,7 @@ def smooth_motion(position: Array, rate: float, filtering: Filtering) -> SmoothM
     if filtering.passes(rate):
         v = Slope(position, rate, order)
         return SmoothMotion(position, v, Slope(v, rate, order))
-    sections = butter(filtering.order, filtering.cutoff(rate), fs=rate, output="sos")
+    sections = butterworth(filtering.order, filtering.cutoff(rate) / rate)
     # The filter starts from the first sample, so that an offset of metres costs no digits.
     first, n = position[0], len(position)
     q = zero_phase(sections, lambda at: position[at] - first, n, padding, slice(0, n, 1))[:, 0]
@@ -418,11 +417,11 @@ def extent(response: Array) -> int:
 @cache
 def _low_pass_response(order: int, share: float) -> Array:
     """The position's low pass of an impulse, both ways; the cut-off a share of the rate."""
-    from scipy.signal import butter, sosfiltfilt  # noqa: PLC0415 - slow to import
-
     impulse = np.zeros(2 * round(_LONG / share) + 1)
     impulse[len(impulse) // 2] = 1.0
-    return np.asarray(sosfiltfilt(butter(order, share, fs=1.0, output="sos"), impulse))
+    every = slice(0, len(impulse), 1)
+    sections = butterworth(order, share)
+    return zero_phase(sections, lambda at: impulse[at], len(impulse), 3 * order, every)[:, 0]
 
 
 def low_passed(x: Array, rate: float, filtering: Filtering) -> Array:
@@ -456,9 +455,7 @@ def decimated(signal: Signal, n: int, factor: int) -> Array:
 @cache
 def _decimation(factor: int) -> Array:
     """The low pass before thinning, second-order sections, (n, 6); a search asks for it often."""
-    from scipy.signal import cheby1  # noqa: PLC0415 - slow to import
-
-    return np.asarray(cheby1(_ORDER, _RIPPLE, _EDGE / factor, output="sos"))
+    return chebyshev(_ORDER, _RIPPLE, 0.5 * _EDGE / factor)
 
 
 def kept(n: int, factor: int) -> slice:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..compile_cache import compiled
 from ..compile_cache.copies import copy_into
 from ..space import Array
+from .low_pass import settled
 
 #: Samples of a column: a slice with both ends and no step, or their numbers.
 Samples = slice | NDArray[np.intp]
@@ -70,10 +71,8 @@ def zero_phase(sections: Array, signal: Signal, n: int, padding: int, every: sli
 @lru_cache(maxsize=64)  # a search filters thousands of times by the same sections
 def _settling(sections: bytes) -> tuple[Array, int]:
     """The state (n, 2) of sections (n, 6) under a constant 1, and samples until it is forgotten."""
-    from scipy.signal import sosfilt_zi  # noqa: PLC0415 - slow to import
-
     table = np.frombuffer(sections).reshape(-1, 6)
-    return sosfilt_zi(table), _reach(table)
+    return settled(table), _reach(table)
 
 
 def _reach(sections: Array) -> int:
