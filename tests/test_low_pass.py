@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.signal import butter, cheby1, sosfilt, sosfiltfilt, sosfreqz
@@ -63,3 +66,18 @@ def test_both_ways_it_is_what_scipy_makes_of_a_column(order: int) -> None:
     )[:, 0]
     theirs = sosfiltfilt(butter(order, 0.02, fs=1.0, output="sos"), x, padlen=3 * order)
     np.testing.assert_allclose(ours, theirs, atol=1e-10)
+
+
+def test_an_identification_loads_neither_scipys_signal_nor_its_stats() -> None:
+    """Each of them takes half a second to import."""
+    code = (
+        "import sys, numpy as np; from stribeck import Recording, identify; "
+        "t = np.arange(0.0, 10.0, 5e-3); v = np.cos(2.0 * t); "
+        "force = -24.0 * np.sin(2.0 * t) + 18.0 * np.sign(v); "
+        "fit = identify(Recording(t, 0.5 * np.sin(2.0 * t), force=force), rig='forced'); "
+        "print(fit.balance is not None, {'scipy.signal', 'scipy.stats'} & set(sys.modules))"
+    )
+    completed = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    assert completed.stdout.strip() == "True set()"

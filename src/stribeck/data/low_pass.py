@@ -4,8 +4,8 @@ scipy.signal has them, too, for most of a second of start-up, which every comman
 
 A prototype's poles, of cut-off 1 rad/s, are moved to the cut-off and taken to sampled time by the
 bilinear transform s = 2 (z − 1) / (z + 1), by which all zeros come to lie at z = −1; the cut-off is
-warped beforehand to where that leaves it. (Parks and Burrus 1987, Digital Filter Design, chapter 7;
-ISBN 978-0-471-82896-6.)
+warped beforehand to where that leaves it. (Parks and Burrus 1987, Digital Filter Design, chapter 7,
+ISBN 0-471-82896-3.)
 """
 
 from __future__ import annotations
