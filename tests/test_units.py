@@ -21,7 +21,7 @@ FORMS = [
 @pytest.mark.parametrize("form", FORMS)
 def test_what_is_read_here_is_bit_for_bit_what_pint_says(form: str) -> None:
     read = 0
-    for a, b in itertools.product(EVERYDAY, EVERYDAY):
+    for a, b in itertools.product([*EVERYDAY, "degC"], EVERYDAY):
         text = form.format(a=a, b=b)
         if (parsed := _everyday(text, text)) is not None:
             assert parsed == _asked(text, text), text

@@ -88,6 +88,7 @@ EVERYDAY: dict[str, tuple[float, dict[str, int]]] = {
     "N": (1.0, _NEWTON), "mN": (1e-3, _NEWTON), "kN": (1e3, _NEWTON),
     "Pa": (1.0, _PASCAL), "bar": (1e5, _PASCAL), "count": (1.0, {"count": 1}),
     "A": (1.0, {"A": 1}), "mA": (1e-3, {"A": 1}), "V": (1.0, _VOLT), "mV": (1e-3, _VOLT),
+    "rpm": (math.pi / 30, {"rad": 1, "s": -1}),
 }  # fmt: skip
 _WORD = r"[A-Za-z]+(?:\*\*[23])?"
 _QUOTIENT = re.compile(
@@ -97,6 +98,8 @@ _QUOTIENT = re.compile(
 
 def _everyday(written: str, text: str) -> Unit | None:
     """A unit such as `N s/mm` if it is made of everyday ones, of which one may be scaled."""
+    if text == "degC":
+        return Unit(written, 1.0, 273.15, "K")
     match = _QUOTIENT.fullmatch(text)
     if match is None:
         return None
