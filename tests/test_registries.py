@@ -6,8 +6,11 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from stribeck import Recording, identify
+from stribeck.errors import InputError
 from stribeck.friction import LAWS, law_named
 from stribeck.report.registries import show_laws, show_rigs
 from stribeck.rig import RIGS
@@ -92,3 +95,22 @@ def test_two_masses_have_the_friction_of_their_sides(
     assert f"equation of motion, {sign}" in shown
     assert not absent or absent not in shown
     assert ("− T − F_f,m" in shown) == (side != "load")
+
+
+@pytest.mark.parametrize(
+    ("rig", "other"),
+    [
+        ("forced", "forced-rotary"), ("forced-rotary", "forced"),
+        ("presliding", "presliding-rotary"), ("presliding-rotary", "presliding"),
+        ("servo-pendulum", "forced if the force was measured"),
+        ("slide-bed", "forced-rotary if the torque was measured"),
+    ],
+)  # fmt: skip
+def test_a_log_of_the_other_kind_of_axis_leads_to_the_rig_for_it(rig: str, other: str) -> None:
+    turning = not RIGS[rig].rotary
+    t = np.arange(0.0, 2.0, 1e-2)
+    x = np.sin(5.0 * t)
+    stated = {name: np.ones(len(t)) for name in ("kp", "vin", "mass", "length")}
+    log = Recording(t=t, position=x, command=x, force=x, rotary=turning, extra=stated)
+    with pytest.raises(InputError, match=rf"and rig {rig} is \w+: use {other}$"):
+        identify(log, rig=rig)

@@ -158,13 +158,7 @@ def recordings_of(segments: Sequence[Segment]) -> list[Recording]:
 def _segments(
     recording: Recording, rig: SimulatedRig, part: Range | None, objective: Objective
 ) -> list[Segment]:
-    if recording.rotary != rig.rotary:
-        kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
-        instead = ": use forced-rotary if the torque was measured" if recording.rotary else ""
-        raise InputError(
-            f"{recording.label}: its position is {kinds[0]}, and rig {rig.name} is "
-            f"{kinds[1]}{instead}"
-        )
+    rig.check_turning(recording)
     segmentation = segment(recording)
     result = []
     for window in windows(recording, part, segmentation):

@@ -38,8 +38,6 @@ _LOAD_WORDS = {
     "external": "the force on the axis",
     "normal": "the normal load",
 }
-#: The rig of the same kind for the other kind of axis.
-_OTHER_KIND = {"forced": "forced-rotary", "forced-rotary": "forced"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,12 +157,7 @@ class BalancedRig(Rig):
             InputError: it has none, or its position is an angle where this axis is linear, or
                 the other way round.
         """
-        if recording.rotary != self.rotary:
-            kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
-            raise InputError(
-                f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
-                f"use {_OTHER_KIND.get(self.name, 'the rig that fits the axis')}"
-            )
+        self.check_turning(recording)
         return self.needed_force(recording)
 
     def figures(self, recording: Recording) -> Mapping[str, float]:

@@ -53,8 +53,8 @@ _ELECTRIC = {
     "kg": "A s**2/m",
     "kg m**2": "A s**2/rad",
 }
-
-
+#: Rigs that there are for a rotary axis, too, by another name.
+_BOTH, _TURNS = ("forced", "presliding"), "-rotary"
 #: The end of a name of one direction or of one element.
 _SUFFIX = re.compile(r"(?<=^[A-Za-z])_\d+$|[+-]$")
 
@@ -329,6 +329,23 @@ class Rig:
     def in_amperes(self) -> bool:
         """Whether its forces are a motor's current, because the chain has no torque constant."""
         return self.drive_chain is not None and self.drive_chain.unit == "A" and self.rests_on_force
+
+    def check_turning(self, recording: Recording) -> None:
+        """Refuse a log of an angle where this axis is linear, or the other way round.
+
+        Raises:
+            InputError: it is one.
+        """
+        if recording.rotary == self.rotary:
+            return
+        kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
+        kind, name = _TURNS if recording.rotary else "", self.name.removesuffix(_TURNS)
+        force = "torque" if recording.rotary else "force"
+        use = name + kind if name in _BOTH else f"forced{kind} if the {force} was measured"
+        raise InputError(
+            f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: use "
+            f"{use}"
+        )
 
     def check_newtons(self, purpose: str) -> None:
         """Refuse what takes forces where there are only currents.

@@ -207,7 +207,7 @@ class SteppedRig(SimulatedRig):
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """Samples, inputs and start of a stretch; see `SimulatedRig.track`."""
-        self._fits(recording)
+        self.check_turning(recording)
         stated = dict(self.inputs(recording))
         if recording.temperature is not None:
             stated.setdefault("temperature", recording.temperature)
@@ -237,14 +237,6 @@ class SteppedRig(SimulatedRig):
         stated = [column in recording.extra for column in self.run_columns]
         ours = [self[name] for name in self.run_columns.values()]
         return track._replace(given=np.where(stated, track.given, ours))
-
-    def _fits(self, recording: Recording) -> None:
-        if recording.rotary != self.rotary:
-            kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
-            raise InputError(
-                f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
-                "use the rig that fits the axis"
-            )
 
     def move(self, law: Law, p: Array, track: Track) -> Motion:
         """Motion over a prepared track from its measured start; see `SimulatedRig.move`.

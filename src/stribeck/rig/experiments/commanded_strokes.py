@@ -33,8 +33,7 @@ def commanded_strokes(axis: OperatingRange, seconds: float) -> Iterator[Offer]:
         yield offer(f"strokes × {times:g}", f"strokes {ends} at {axis.rate(v)}",
                     *_there_and_back(low, high, [v], seconds))  # fmt: skip
     several = [s * pace for s in (0.1, 0.3, 1.0, 2.0)]
-    listed = ", ".join(axis.rate(v).split()[0] for v in several[:-1])
-    yield offer("several speeds", f"strokes {ends} at {listed} and {axis.rate(several[-1])}",
+    yield offer("several speeds", f"strokes {ends} at {axis.listed('velocity', several)}",
                 *_there_and_back(low, high, several, seconds))  # fmt: skip
     third = (high - low) / 3
     yield offer("reversals", f"short strokes between {axis.place(low + third)} and "

@@ -42,9 +42,8 @@ def strokes(axis: OperatingRange, seconds: float) -> Iterator[Offer]:
     }
     for name, (words, shares) in speeds.items():
         pace = [s * top for s in shares]
-        listed = ", ".join(axis.rate(v).split()[0] for v in pace[:-1])
         sentence = (
-            f"{words} {listed} and {axis.rate(pace[-1])}, {seconds / len(pace):.2g} s at each, "
+            f"{words} {axis.listed('velocity', pace)}, {seconds / len(pace):.2g} s at each, "
             f"from {axis.place(axis.low)}"
         )
         yield _offer(name, sentence, _shuttle(axis, pace, gentle, seconds))

@@ -90,6 +90,11 @@ class OperatingRange:
         """A force or torque as people see it."""
         return self.shown("force", force)
 
+    def listed(self, quantity: str, values: Sequence[float]) -> str:
+        """Several of a quantity in the unit its rig shows: 1, 2 and 3 mm/s."""
+        *first, last = (self.shown(quantity, value) for value in values)
+        return f"{', '.join(value.split()[0] for value in first)} and {last}"
+
     def shown(self, quantity: str, value: float) -> str:
         """A quantity in the unit its rig shows."""
         written = self.units[quantity]

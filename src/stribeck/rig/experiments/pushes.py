@@ -52,9 +52,9 @@ def pushes(
     yield offer("sine to 80 %", f"a sine of ±{axis.push(most)}, 80 % of breakaway, {period:.3g} s "
                 "a turn", sine(most, period))  # fmt: skip
     share = np.array(SHARES)[np.minimum((t / seconds * 4).astype(int), 3)]
-    listed = ", ".join(axis.push(s * level).split()[0] for s in SHARES[:-1])
-    yield offer("several amplitudes", f"sines of ±{listed} and {axis.push(most)} one after the "
-                f"other, {period:.3g} s a turn", sine(share * level, period))  # fmt: skip
+    listed = axis.listed("force", [s * level for s in SHARES])
+    yield offer("several amplitudes", f"sines of ±{listed} one after the other, {period:.3g} s a "
+                "turn", sine(share * level, period))  # fmt: skip
     yield offer("fast sine", f"a sine of ±{axis.push(greatest)}, {period / 5:.3g} s a turn",
                 sine(greatest, period / 5))  # fmt: skip
     peak = BEYOND * level

@@ -194,7 +194,7 @@ def _stairs(axis: OperatingRange, directions: Sequence[int], seconds: float) -> 
     step = min(
         max(share, 0.2 * seconds / len(directions)) / float(np.sum(1 / pace)), room / len(pace)
     )
-    cycle = [(step / v, v) for v in pace.tolist()]
-    listed = ", ".join(axis.rate(v).split()[0] for v in pace[:-1])
-    words = f"{listed} and {axis.rate(pace[-1])} one after the other, {axis.place(step)} at each"
+    speeds = pace.tolist()
+    cycle = [(step / v, v) for v in speeds]
+    words = f"{axis.listed('velocity', speeds)} one after the other, {axis.place(step)} at each"
     return _knots(axis, directions, seconds, "speeds in steps", words, cycle)
