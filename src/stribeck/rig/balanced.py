@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 _F1 = types.Array(float64, 1, "C", readonly=True)
 _F2 = types.Array(float64, 2, "C", readonly=True)
 
-#: Where the normal load, the position and the temperature stand among the five loads.
 #: A law's loads in words.
 _LOAD_WORDS = {
     "drive": "the force of the drive",
