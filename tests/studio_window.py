@@ -101,7 +101,8 @@ class Mouse:
         self.page.click(selector)
 
     def type(self, selector: str, text: str) -> None:
-        self.page.click(selector, click_count=3)
+        self.page.click(selector)
+        self.page.keyboard.press("Control+A")
         self.page.keyboard.insert_text(text)
         self.page.click("main h1")  # elsewhere, which is when a field is read
 

@@ -9,11 +9,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from browser import CHROMIUM, NO_CHROMIUM
 from studio_server import Studio, bed_log, sliding_log, start
-from studio_window import Keys, Window, chromium, studio, window
+from studio_window import Keys, Mouse, Window, chromium, studio, window
 
 __all__ = ["chromium"]
 axe = pytest.importorskip("axe_playwright_python.sync_playwright")
@@ -240,6 +241,36 @@ def test_what_was_begun_before_a_redraw_goes_on_behind_it(
         other.page.wait_for_selector("input[value='axis.toml']:checked")
         w.is_silent()
         other.is_silent()
+
+
+def test_a_field_stays_where_it_is_when_an_answer_makes_the_page_shorter(
+    chromium: Any, tmp_path: Path
+) -> None:
+    """A drive that lacks less has less told above and below its form; the page was at its end."""
+    rows = [f"{k * 0.01:.2f},{np.sin(k * 0.05):.5f},{k % 7}" for k in range(500)]
+    file = tmp_path / "share.csv"
+    file.write_text("\n".join(["time [s],position [mm],torque [%]", *rows]) + "\n")
+    top = "document.querySelector('#drive-lead').getBoundingClientRect().top"
+    with studio(tmp_path / "home", file) as opened, window(chromium, opened) as w:
+        hand, held = Mouse(w), list[Any]()
+        w.open(opened.address)
+        hand.choose("select[aria-label^='torque']", "force")
+        hand.choose("#drive-convention", "ax5000")
+        hand.press("#drive-peak_torque")
+        w.page.keyboard.insert_text("5 N m")
+        w.page.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
+        w.page.route("**/api/sessions/*", lambda route: held.append(route))  # noqa: PLW0108 - gets attributes
+        with w.page.expect_request(lambda request: request.method == "PATCH"):
+            hand.press("#drive-lead")
+        before, height = w.page.evaluate(f"[{top}, document.querySelector('.drive').offsetHeight]")
+        held[0].continue_()
+        w.page.unroute("**/api/sessions/*")
+        w.until(f"document.querySelector('.drive').offsetHeight < {height}")
+        assert w.page.evaluate(top) == pytest.approx(before, abs=1.0)
+        w.page.keyboard.insert_text("10 mm")
+        w.page.keyboard.press("Tab")
+        w.page.wait_for_selector("#channels:not(:has(#lacking))")
+        w.is_silent()
 
 
 def test_a_page_goes_on_after_its_studio_was_killed(

@@ -44,9 +44,22 @@ const shown = (children) => children.flat(4).map((child) => (child === null || c
 export const fill = (element, ...children) => element.replaceChildren(...shown(children));
 
 // As `fill`, and what is alike stays the element that it was: a press that began before it is a click yet,
-// a focus, a text half typed and an open choice of files go on. For elements that nobody else holds;
-// `data-key` tells members of a list apart.
-export const patch = (element, ...children) => merge(element, h("div", {}, ...children));
+// a focus, a text half typed and an open choice of files go on. What somebody is at stays where it is in the
+// window, so that the next press meets it. For elements that nobody else holds; `data-key` tells members of
+// a list apart.
+export function patch(element, ...children) {
+  const at = document.activeElement;
+  const main = at.closest("main");
+  const { top, bottom } = at.getBoundingClientRect();
+  merge(element, h("div", {}, ...children));
+  if (!main || !at.isConnected || bottom < 0 || top > innerHeight) return;
+  const moved = () => at.getBoundingClientRect().top - top;
+  const back = () => scrollBy({ top: moved(), behavior: "instant" });
+  back();
+  if (moved() < 1) return;
+  main.style.minHeight = `${main.offsetHeight + moved()}px`; // a page that got shorter ends above it
+  back();
+}
 
 const keyOf = (node) => node.dataset?.key ?? "";
 const alike = (one, other) => one.nodeName === other.nodeName && one.type === other.type && keyOf(one) === keyOf(other);

@@ -19,6 +19,12 @@ let shown = null; // {step, update}
 
 const place = (id) => document.getElementById(id);
 
+// Another content for the page: what `patch` kept it high for is gone.
+function stage(...children) {
+  place("main").style.minHeight = "";
+  fill(place("main"), ...children);
+}
+
 export function tell(text, kind = "note") {
   const told = place("told");
   fill(told, text ? h("p", { class: kind === "error" ? "state warn" : "state good" }, text,
@@ -109,7 +115,6 @@ function firstOpen() {
 function render(anew = false) {
   drawHead();
   drawSteps();
-  const main = place("main");
   if (!session.state) return;
   const entry = session.state.steps.find(({ name }) => name === step);
   document.title = `${t(`step.${step}`)} – ${called(session.state) || "stribeck studio"}`;
@@ -117,10 +122,10 @@ function render(anew = false) {
   if (!anew && shown?.key === key) { shown.update(session.state); return; }
   shown?.end?.();
   shown = { key, update: () => {} };
-  if (entry.lock) { fill(main, locked(entry)); return; }
+  if (entry.lock) { stage(locked(entry)); return; }
   const view = STEPS[step](session.state);
   shown = { key, update: view.update ?? (() => {}), end: view.end };
-  fill(main, view.element);
+  stage(view.element);
 }
 
 const redraw = () => (session.state ? render(true) : open());
@@ -134,14 +139,13 @@ async function begin(name, files = []) {
 }
 
 async function home() {
-  const main = place("main");
   session.state = null;
   drawHead();
   fill(place("steps"));
   document.title = "stribeck studio";
   const sessions = await ask("GET", "/api/sessions");
   const name = h("input", { id: "name", type: "text", maxlength: "100", placeholder: t("session.name.hint") });
-  fill(main, h("section", {},
+  stage(h("section", {},
     h("h1", { tabindex: "-1" }, t("home.title")), h("p", { class: "lead" }, t("home.lead")),
     dropZone("first-files", t("home.drop"), (files) => begin(name.value, files)),
     h("form", { class: "begin", onsubmit: (event) => {
@@ -162,7 +166,7 @@ async function open() {
   if (session.id !== id || !session.state) {
     shown = null;
     const followed = await attempt(async () => { await follow(id); return true; });
-    if (!followed) { fill(place("main"), h("p", {}, h("a", { href: "/" }, t("home.back")))); return; }
+    if (!followed) { stage(h("p", {}, h("a", { href: "/" }, t("home.back")))); return; }
   }
   render(shown?.key.split("/")[0] !== step);
   document.querySelector("main h1")?.focus();
