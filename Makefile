@@ -33,7 +33,9 @@ lint: setup
 types: setup
 	$(BIN)/mypy
 
+# Once for the hundreds of processes that the tests start: also where Python may write no bytecode.
 warm: setup
+	-$(BIN)/python -m compileall -q src
 	-$(BIN)/stribeck warm
 
 unit: setup

@@ -1,11 +1,12 @@
-"""What identifications take, in processor seconds, and how many evaluations they make.
+"""What identifications take, in processor seconds and on the clock, and their evaluations.
 
     python benchmarks/times.py [--only NAME]... [--show]
 
-Each case runs in a process of its own, twice where the first one has compiled something; those
+Each case runs in a process of its own, once more where the first one has compiled something; those
 named `first run` begin with an empty folder of compiled code. What makes the log is not timed.
-Results go to times.json, each with the day. A busy machine makes processor seconds longer, too: by
-a half where two threads share a core.
+Processor seconds are those of one thread; the clock is that of a second process with as many as
+there are, which is what somebody waits for. Results go to times.json, each with the day. A busy
+machine makes all of them longer: by a half where two threads share a core.
 """
 
 from __future__ import annotations
@@ -83,6 +84,17 @@ def _select() -> Work:
     return lambda: select(log, rig="forced", laws=laws)
 
 
+def _compensation() -> Work:
+    """All modes and scales for the demo's axis, on every axis that its card allows."""
+    from stribeck import identify  # noqa: PLC0415 - what a first run is timed with
+    from stribeck.compensate.compensation import compensate  # noqa: PLC0415
+    from stribeck.rig.twin import TestBed  # noqa: PLC0415
+
+    log = TestBed(loop="ideal").run("both").recording
+    card = identify(log, rig="slide-bed", law="stribeck", train="112:295").card()
+    return lambda: compensate(card)
+
+
 def _arm() -> Work:
     """A robot's joint of the coverage study."""
     import interval_axes  # noqa: PLC0415 - beside this file
@@ -104,6 +116,7 @@ CASES: dict[str, tuple[Callable[[], Work], float]] = {
     "BAM m6, 16 logs": (_m6, 30.0),
     "presliding, maxwell-slip:4, 30 s at 1 kHz": (_presliding, 20.0),
     "select, four laws, 16,000 rows": (_select, 8.0),
+    "compensate, slide bed": (_compensation, 6.0),
     "arm joint": (_arm, np.inf),
     "first run, arm joint": (_arm, np.inf),
 }
@@ -112,9 +125,10 @@ CASES: dict[str, tuple[Callable[[], Work], float]] = {
 def timed(name: str) -> dict[str, Any]:
     """What a case takes in this process, without what makes its log."""
     work = CASES[name][0]()
-    start = time.process_time()
+    start, at = time.process_time(), time.monotonic()
     answer = work()
-    row: dict[str, Any] = {"seconds": round(time.process_time() - start, 2)}
+    seconds, clock = time.process_time() - start, time.monotonic() - at
+    row: dict[str, Any] = {"seconds": round(seconds, 2), "clock": round(clock, 2)}
     search = getattr(answer, "search", None)
     if search is not None:
         row["search"] = int(search.evaluations)
@@ -125,10 +139,19 @@ def timed(name: str) -> dict[str, Any]:
 
 
 def asked(name: str) -> dict[str, Any]:
-    """A case in a process of its own, compiled before unless it is a first run."""
+    """A case by one thread, and its clock by all of them; compiled before unless a first run."""
+    row = _asked(name, {"OMP_NUM_THREADS": "1"})
+    if row["told"] and not name.startswith("first run"):
+        row = _asked(name, {"OMP_NUM_THREADS": "1"})  # what it compiles is not measured
+    del row["told"]
+    return row | {"clock": _asked(name, {})["clock"]}
+
+
+def _asked(name: str, threads: dict[str, str]) -> dict[str, Any]:
+    """A case in a process of its own."""
     code = f"import json, times; print('\\n' + json.dumps(times.timed({name!r})))"
     paths = [str(Path(__file__).parents[1] / "src"), str(Path(__file__).parent)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "OMP_NUM_THREADS": "1"}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)} | threads
     first = name.startswith("first run")
     with tempfile.TemporaryDirectory() as folder:
         if first:
@@ -152,12 +175,12 @@ def table(rows: dict[str, Any]) -> str:
             row = rows[name]
             counts = " + ".join(str(row[k]) for k in ("search", "further") if k in row)
             lines.append((
-                name, f"{row['seconds']:.1f}", "" if np.isinf(goal) else f"{goal:.0f}", counts,
-                f"{row['peak_mb']}", row["day"],
+                name, f"{row['seconds']:.1f}", f"{row['clock']:.1f}" if "clock" in row else "",
+                "" if np.isinf(goal) else f"{goal:.0f}", counts, f"{row['peak_mb']}", row["day"],
             ))  # fmt: skip
     return Table.of_texts(
-        "What an identification takes, processor seconds",
-        ("what", "seconds", "goal", "evaluations", "peak / MB", "measured"),
+        "What an identification takes: processor seconds, and seconds on the clock",
+        ("what", "seconds", "clock", "goal", "evaluations", "peak / MB", "measured"),
         lines,
     ).text()
 
@@ -171,11 +194,7 @@ def main() -> None:
     rows = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
     if not arguments.show:
         for name in arguments.only or CASES:
-            row = asked(name)
-            if row.pop("told") and not name.startswith("first run"):
-                row = asked(name)  # what it compiles is not measured
-                row.pop("told")
-            rows[name] = row | {"day": dt.datetime.now(dt.UTC).date().isoformat()}
+            rows[name] = asked(name) | {"day": dt.datetime.now(dt.UTC).date().isoformat()}
             print(name, rows[name], flush=True)
             FILE.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     print(table(rows))

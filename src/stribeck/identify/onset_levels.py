@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from ..errors import InputError
 from ..rig.simulated import as_simulated
@@ -61,6 +60,8 @@ def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevel
     A = A.astype(float)
     ends = np.full(A.shape[1], np.inf)
     ends[len(ways) :] = 1.0
+    from scipy.optimize import lsq_linear  # noqa: PLC0415 - slow to import
+
     solution = lsq_linear(A, F, (-ends, ends)).x
     off = F - A @ solution
     dof = len(slips) - int(np.linalg.matrix_rank(A))

@@ -17,7 +17,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import chdtri, fdtrc, stdtrit
 
 from ..space import Array
@@ -108,4 +107,6 @@ def _solved(values: Array, errors: Array, target: float, about: float | None) ->
     least = 1e-9 * most
     if not most > 0 or excess(least) <= 0:
         return 0.0
+    from scipy.optimize import brentq  # noqa: PLC0415 - slow to import
+
     return float(brentq(excess, least, most, xtol=1e-9 * most))
