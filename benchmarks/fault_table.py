@@ -37,7 +37,7 @@ NAME = r"(?<![\w]){}(?![\w])"
 def summary(answers: Sequence[Answer]) -> dict[str, Any]:
     """The rows of the table, the silent lies, and the share of clean seeds with a false alarm."""
     by: dict[str, list[Answer]] = {}
-    for a in answers:
+    for a in sorted(answers, key=lambda a: int(a["seed"])):  # not as they ended
         by.setdefault(a["key"], []).append(a)
     usual = {row.axis: _usual(row.axis, by) for row in ROWS}
     return totals([_judged(row, by[row.key], usual[row.axis]) for row in ROWS if row.key in by])
