@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from stribeck import RIGS, Card, Fit, InputError, identify, problem, read_card
+from stribeck import RIGS, Card, Fit, InputError, identify, problem, read_card, simulate
 from stribeck.export.model import as_model
 from stribeck.identify.card import kind_of
 from stribeck.identify.conditions import Violation
@@ -49,6 +49,12 @@ def test_conditions_that_do_not_hold_are_on_the_card() -> None:
     assert Card.model_validate(data) == written
     assert written.parameters[weak.name].verdict_text == "weak (model)"
     assert "weak (model)" in "\n".join(as_model(written).head())
+
+
+def test_a_log_of_an_angle_is_no_log_of_a_slides_card() -> None:
+    message = "position is an angle, and rig slide-bed is linear: take a log of that rig"
+    with pytest.raises(InputError, match=message):
+        simulate(FIT, replace(LOG, rotary=True))
 
 
 @pytest.mark.parametrize(

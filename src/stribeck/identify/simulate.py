@@ -50,11 +50,7 @@ def simulate(
         log, units=units, columns=columns, usual=rig.columns, subtract=subtract, drive=rig.chain
     )
     refuse_runs([recording], "a simulation")
-    if recording.rotary and not rig.rotary:
-        raise InputError(
-            f"{recording.label}: its position is an angle, and rig {rig.name} is linear: take a "
-            "log of that rig"
-        )
+    rig.check_turning(recording, "take a log of that rig")
     motion = rig.simulate(parameters.law, p[None], recording)
     if not (np.isfinite(motion.position).all() and np.isfinite(motion.force).all()):
         raise InputError(f"{recording.label}: the model cannot be simulated on it: check the card")

@@ -330,8 +330,12 @@ class Rig:
         """Whether its forces are a motor's current, because the chain has no torque constant."""
         return self.drive_chain is not None and self.drive_chain.unit == "A" and self.rests_on_force
 
-    def check_turning(self, recording: Recording) -> None:
+    def check_turning(self, recording: Recording, instead: str = "") -> None:
         """Refuse a log of an angle where this axis is linear, or the other way round.
+
+        Args:
+            recording: The log.
+            instead: What to do where the axis is settled; by default to use the rig for such logs.
 
         Raises:
             InputError: it is one.
@@ -343,8 +347,8 @@ class Rig:
         force = "torque" if recording.rotary else "force"
         use = name + kind if name in _BOTH else f"forced{kind} if the {force} was measured"
         raise InputError(
-            f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: use "
-            f"{use}"
+            f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
+            f"{instead or f'use {use}'}"
         )
 
     def check_newtons(self, purpose: str) -> None:

@@ -53,10 +53,7 @@ class TwoChambers(BalancedRig):
         Raises:
             InputError: the log lacks a pressure, or its position is an angle.
         """
-        if recording.rotary:
-            raise InputError(
-                f"{recording.label}: position is an angle, and rig {self.name} is linear"
-            )
+        self.check_turning(recording)
         pressure, back = self._pressures(recording)
         whole, ring = self.areas
         return np.asarray(whole * pressure - ring * back)
