@@ -52,7 +52,7 @@ export function patch(element, ...children) {
   const main = at.closest("main");
   const { top, bottom } = at.getBoundingClientRect();
   merge(element, h("div", {}, ...children));
-  if (!main || !at.isConnected || bottom < 0 || top > innerHeight) return;
+  if (!main || at === main || !at.isConnected || bottom < 0 || top > innerHeight) return;
   const moved = () => at.getBoundingClientRect().top - top;
   const back = () => scrollBy({ top: moved(), behavior: "instant" });
   back();
