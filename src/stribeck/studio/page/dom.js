@@ -48,17 +48,20 @@ export const fill = (element, ...children) => element.replaceChildren(...shown(c
 // window, so that the next press meets it. For elements that nobody else holds; `data-key` tells members of
 // a list apart.
 export function patch(element, ...children) {
-  const at = document.activeElement;
-  const main = at.closest("main");
-  const { top, bottom } = at.getBoundingClientRect();
+  const at = document.activeElement.closest("main *");
+  const before = at?.getBoundingClientRect();
   merge(element, h("div", {}, ...children));
-  if (!main || at === main || !at.isConnected || bottom < 0 || top > innerHeight) return;
-  const moved = () => at.getBoundingClientRect().top - top;
-  const back = () => scrollBy({ top: moved(), behavior: "instant" });
-  back();
+  if (at?.isConnected && before.bottom > 0 && before.top < innerHeight) putBack(at, before.top);
+}
+
+// An element where it was in the window, however much shorter the page is now.
+function putBack(element, top) {
+  const moved = () => element.getBoundingClientRect().top - top;
+  scrollBy({ top: moved(), behavior: "instant" });
   if (moved() < 1) return;
-  main.style.minHeight = `${main.offsetHeight + moved()}px`; // a page that got shorter ends above it
-  back();
+  const main = element.closest("main");
+  main.style.minHeight = `${main.offsetHeight + moved()}px`;
+  scrollBy({ top: moved(), behavior: "instant" });
 }
 
 const keyOf = (node) => node.dataset?.key ?? "";
