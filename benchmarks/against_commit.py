@@ -1,13 +1,14 @@
 """What a servo's simulation and identification cost, beside those of an earlier commit and MuJoCo.
 
-    python benchmarks/against_commit.py f7a2082 [--turns 3] [--laws m1,m4,m6] [--seeds 2]
+    python benchmarks/against_commit.py f7a2082 [--turns 3] [--laws m1,m4,m6] [--seeds 2] [--file F]
 
 The earlier commit's sources are taken from the repository's history into a temporary folder. Both
 run in processes of one thread, taken in turn, so that a busy machine hits both alike; what is
 compared are processor seconds and counts. A candidate is simulated over the 16 XL330 logs of
 ../shared/data (96 s), at 8 parameter sets drawn from the ranges; its error is the difference from
 a simulation with steps 16 times and tolerances 10,000 times finer. The identification is of m1,
-intervals included. Each turn goes to against_commit.json.
+intervals included; with `--laws ''` it is all, and asks nothing of the sources that version 0.1
+(1212ef9) lacks. Each turn goes to against_commit.json, or to `--file`.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 FILE = HERE / "against_commit.json"
+LOGS = HERE.parents[1] / "shared" / "data" / "bam_xl330" / "logs"
 #: Seconds of processor time for each law in a turn.
 SPAN = 1.0
 #: The step of MuJoCo, s, and what it simulates, s.
@@ -63,10 +65,19 @@ def simulated(law: str) -> dict[str, float]:
 
 def identified(loss: Any, seed: int) -> dict[str, float]:
     """What an identification of m1 takes, intervals included."""
-    from nested_laws import fitted  # noqa: PLC0415 - imports the sources under test
+    from stribeck import RIGS, identify, read  # noqa: PLC0415 - the sources under test
 
-    row = fitted("xl330", "m1", loss, seed)
-    return {n: row[n] for n in ("processor_seconds", "evaluations", "rows", "error")}
+    rig = RIGS["servo-pendulum"]
+    logs = [read(file, columns=dict(rig.columns)) for file in sorted(LOGS.glob("*.json"))]
+    start = time.process_time()
+    fit = identify(logs, rig=rig, law="coulomb-viscous", loss=loss, seed=seed)
+    assert fit.uncertainty is not None  # noqa: S101 - an output-error fit has one
+    return {
+        "processor_seconds": time.process_time() - start,
+        "evaluations": fit.search.evaluations,
+        "rows": fit.uncertainty.rows,
+        "error": fit.score.value,
+    }
 
 
 def mujoco_hinge() -> float:
@@ -105,7 +116,9 @@ def both_sources(commit: str) -> Iterator[dict[str, Path]]:
         yield {"before": Path(folder) / "src", "now": HERE.parent / "src"}
 
 
-def measured(commit: str, laws: list[str], seeds: int, turns: int) -> dict[str, Any]:
+def measured(
+    commit: str, laws: list[str], seeds: int, turns: int, file: Path = FILE
+) -> dict[str, Any]:
     """All turns, kept as they come."""
     results: dict[str, Any] = {"commit": commit, "turns": []}
     with both_sources(commit) as sources:
@@ -115,15 +128,15 @@ def measured(commit: str, laws: list[str], seeds: int, turns: int) -> dict[str, 
             asked(path, calls[0])
             print(f"{who}: compiled", flush=True)
         for turn in range(turns):
-            for call in calls if turn == 0 else calls[: len(laws)]:
+            for call in calls if turn == 0 or not laws else calls[: len(laws)]:
                 row = {who: asked(path, call) for who, path in sources.items()}
                 results["turns"].append({"call": call, **row})
-                FILE.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+                file.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
                 print(call, row, flush=True)
             results["turns"].append(
                 {"call": "mujoco", "now": {"us": asked(HERE, "mujoco_hinge()")}}
             )
-    FILE.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    file.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     return results
 
 
@@ -146,9 +159,11 @@ def table(results: dict[str, Any]) -> str:
             law = call.split("'")[1]
             rows.append((law, f"{before:.0f}", f"{now:.0f}", f"{now / before:.2f}", *errors))
         elif call.startswith("identified"):
-            old, new = (calls[call][0][who] for who in ("before", "now"))
+            old, new = (
+                {n: median(call, who, n) for n in calls[call][0][who]} for who in ("before", "now")
+            )
             ratio = new["processor_seconds"] / old["processor_seconds"]
-            cells = [f"{r['evaluations']} + {r['rows']}" for r in (old, new)]
+            cells = [f"{r['evaluations']:.0f} + {r['rows']:.0f}" for r in (old, new)]
             cells += [f"{r['processor_seconds']:.1f}" for r in (old, new)]
             errors = (f"{r['error']:.2f}" for r in (old, new))
             name = call.removeprefix("identified(").rstrip(")").replace("'", "")
@@ -160,7 +175,8 @@ def table(results: dict[str, Any]) -> str:
         labels=range(1),
     )
     second = Table.of_texts(
-        "m1 with intervals: search + further evaluations, processor seconds, misfit / mrad",
+        f"m1 with intervals, {results['commit']} and now: search + further evaluations, processor "
+        "seconds, misfit / mrad",
         (
             "loss, seed",
             "before",
@@ -174,7 +190,7 @@ def table(results: dict[str, Any]) -> str:
         fits,
         labels=range(1),
     )
-    parts = [first.text(), second.text()] if fits else [first.text()]
+    parts = [part.text() for part, lines in ((first, rows), (second, fits)) if lines]
     if "mujoco" in calls:
         hinge = median("mujoco", "now", "us")
         parts.append(
@@ -189,11 +205,18 @@ if __name__ == "__main__":
     parser.add_argument("--laws", default="m1,m2,m3,m4,m6")
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--file", type=Path, default=FILE, help="where results are kept")
     parser.add_argument("--show", action="store_true", help="what is kept, and nothing new")
     chosen = parser.parse_args()
     kept = (
-        json.loads(FILE.read_text(encoding="utf-8"))
+        json.loads(chosen.file.read_text(encoding="utf-8"))
         if chosen.show
-        else measured(chosen.commit, chosen.laws.split(","), chosen.seeds, chosen.turns)
+        else measured(
+            chosen.commit,
+            [n for n in chosen.laws.split(",") if n],
+            chosen.seeds,
+            chosen.turns,
+            chosen.file,
+        )
     )
     print(table(kept))
